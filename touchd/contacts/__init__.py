@@ -1,0 +1,1 @@
+"""Finding the places where something touches the surface, one frame at a time."""

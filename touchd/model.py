@@ -1,0 +1,193 @@
+"""The data that travels between the stages. Frozen; the arrays inside are read-only.
+
+Units are in the names wherever they are not obvious: ``_mm``, ``_px``, ``_ns``, ``_mm_s``. "Raw" always means the
+sensor's own unit (shift for a Kinect v1, millimetres for most others).
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, TypeAlias, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image16: TypeAlias = NDArray[np.uint16]
+Floats: TypeAlias = NDArray[np.float32]
+Mask: TypeAlias = NDArray[np.bool_]
+
+T = TypeVar("T", bound=np.generic)
+
+
+def frozen_array(array: NDArray[T]) -> NDArray[T]:
+    """Return a read-only view of ``array``, so that a stage cannot change what another one holds."""
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """A pinhole camera with radial distortion: focal lengths and principal point in px, k1 and k2 without unit.
+
+    The distortion is Brown's: with x, y the undistorted direction (X/Z, Y/Z) and r² = x² + y², the picture shows
+    the point at (fx·x·d + cx, fy·y·d + cy) where d = 1 + k1·r² + k2·r⁴.
+    """
+
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    k1: float = 0.0
+    k2: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class AreaCorners:
+    """The active area: its top-left, top-right, bottom-right, bottom-left corners as depth pixels (u, v) as seen.
+
+    ``size_mm`` is its width and height on the surface, or None where it is to be derived from the surface.
+    """
+
+    corners_px: tuple[
+        tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]
+    ]
+    size_mm: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sensor:
+    """What the core needs to know of a depth camera. Differences between cameras are data here, never special cases.
+
+    ``to_mm`` and ``step_mm`` are float32 tables indexed by a raw value: its depth along the optical axis, and the
+    size of one raw step there; both are NaN where the value is no reading. ``to_mm`` rises with the raw value.
+    """
+
+    kind: str
+    serial: str
+    size: tuple[int, int]  # width, height in px
+    intrinsics: Intrinsics
+    unit: str  # "shift" or "mm"
+    invalid: int  # the raw value that means "no reading"
+    to_mm: Floats  # (number of raw values,)
+    step_mm: Floats  # (number of raw values,)
+    noise: float  # typical standard deviation of a still pixel, raw
+    shadow_side: str  # "left", "right" or "none": where the projector's shadow of a near object lies
+    fatten_px: float  # by how much outlines of near objects grow
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """One depth picture. ``t_ns`` is monotonic and the only clock that the core sees."""
+
+    index: int
+    t_ns: int
+    raw: Image16  # (H, W)
+    missing_packets: int = 0
+    accel_g: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """The empty surface, per pixel, as calibration found it.
+
+    ``reference`` is the mean reading, ``dmax`` the paper's: the least depth that the empty surface shows, so that
+    anything nearer stands above it. Both are in the sensor's unit and meaningless where ``valid`` is false.
+    """
+
+    sensor: Sensor
+    reference: Floats  # (H, W) raw
+    dmax: Image16  # (H, W) raw
+    noise: Floats  # (H, W) standard deviation over time, raw
+    valid: Mask  # (H, W)
+    moved: Mask  # (H, W) pixels masked because something moved there
+    frames: int  # how many frames it was made from
+    made_from: str  # a name for people: a recording's path, a camera's serial
+
+
+@dataclass(frozen=True, slots=True)
+class Shell:
+    """The layer above the surface in which the paper looks for contacts: ``dmin < raw < dmax`` (both (H, W) uint16).
+
+    Where the surface is not valid both are 0, so that nothing is ever inside.
+    """
+
+    dmin: Image16
+    dmax: Image16
+    near_mm: float  # median height of the lower boundary over the surface
+    far_mm: float  # median height of the upper one
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """A touch seen in one frame.
+
+    ``x``, ``y`` are area coordinates (0..1 inside the area, y down), ``x_mm``, ``y_mm`` the same in millimetres.
+    """
+
+    x: float
+    y: float
+    x_mm: float
+    y_mm: float
+    height_mm: float  # mean height of what was seen above the surface
+    area_mm2: float
+    angle: float  # of its long axis in the area, radians, 0 along x, in (-pi/2, pi/2]
+    firm: bool  # strong enough to begin a touch; a weak one may only continue one
+
+
+@dataclass(frozen=True, slots=True)
+class Cursor:
+    """A touch over time. Velocities are in area axes a second, ``accel`` in area axes a second squared, as in TUIO."""
+
+    session_id: int
+    x: float  # 0..1
+    y: float  # 0..1
+    vx: float
+    vy: float
+    accel: float
+    height_mm: float
+    area_mm2: float
+    angle: float
+
+
+class State(StrEnum):
+    """What the pipeline is doing; the words are part of the event format."""
+
+    CALIBRATING = "calibrating"
+    TRACKING = "tracking"
+    PAUSED = "paused"
+    NO_SURFACE = "no-surface"
+    NO_FRAMES = "no-frames"
+
+
+@dataclass(frozen=True, slots=True)
+class TouchFrame:
+    """What the pipeline says of one frame. ``cursors`` are in the order of their session ids."""
+
+    index: int
+    t_ns: int
+    state: State
+    cursors: tuple[Cursor, ...] = ()
+    why: str | None = None
+
+    def as_event(self) -> dict[str, Any]:
+        """Return the event line's object: see "Events" in docs/design.md."""
+        return {
+            "frame": self.index,
+            "t": self.t_ns / 1e9,
+            "state": self.state.value,
+            "why": self.why,
+            "cursors": [
+                {
+                    "id": c.session_id,
+                    "x": c.x,
+                    "y": c.y,
+                    "vx": c.vx,
+                    "vy": c.vy,
+                    "accel": c.accel,
+                    "height_mm": c.height_mm,
+                    "area_mm2": c.area_mm2,
+                    "angle": c.angle,
+                }
+                for c in self.cursors
+            ],
+        }

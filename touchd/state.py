@@ -1,0 +1,177 @@
+"""What outlives the process: the learned surface, and the last TUIO frame number.
+
+A surface file is one line of JSON (what it is, of which camera, checksum) and a compressed numpy archive. Everything
+is written to a temporary file, synced and renamed, so that a reader finds the old file or the new one, whole.
+"""
+
+import hashlib
+import io
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from touchd.errors import StateError
+from touchd.model import Sensor, Surface, frozen_array
+
+SURFACE_FILE = "surface.touchd"
+FSEQ_FILE = "tuio-fseq"
+_KIND = "touchd surface"
+_VERSION = 1
+_ARRAYS = {
+    "reference": np.dtype(np.float32),
+    "dmax": np.dtype(np.uint16),
+    "noise": np.dtype(np.float32),
+    "valid": np.dtype(np.bool_),
+    "moved": np.dtype(np.bool_),
+}
+
+
+def state_folder(env: Mapping[str, str]) -> Path:
+    """Return ``$STATE_DIRECTORY`` (systemd's), else touchd's folder in the XDG state folder."""
+    if env.get("STATE_DIRECTORY"):
+        return Path(env["STATE_DIRECTORY"].split(":")[0])
+    base = env.get("XDG_STATE_HOME") or str(Path(env.get("HOME", "/")) / ".local" / "state")
+    return Path(base) / "touchd"
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Write a file so that it is there whole or not at all. Raises StateError naming the path and the reason."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    except OSError as error:
+        raise _cannot_write(path, error) from error
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(temporary).replace(path)
+        _sync_folder(path.parent)
+    except OSError as error:
+        Path(temporary).unlink(missing_ok=True)
+        raise _cannot_write(path, error) from error
+
+
+def _sync_folder(folder: Path) -> None:
+    handle = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _cannot_write(path: Path, error: OSError) -> StateError:
+    return StateError(f"{path}: cannot be written: {error.strerror}; check the folder's owner and free space")
+
+
+def save_surface(path: Path, surface: Surface) -> None:
+    """Store a surface. Raises StateError if it cannot be written."""
+    archive = io.BytesIO()
+    np.savez_compressed(archive, **{name: getattr(surface, name) for name in _ARRAYS})
+    payload = archive.getvalue()
+    header = {
+        "kind": _KIND,
+        "version": _VERSION,
+        "sha256": hashlib.sha256(payload).hexdigest(),
+        "camera": _identity(surface.sensor),
+        "frames": surface.frames,
+        "made_from": surface.made_from,
+    }
+    write_whole(path, json.dumps(header).encode() + b"\n" + payload)
+
+
+def load_surface(path: Path, sensor: Sensor) -> Surface:
+    """Return a stored surface of this sensor.
+
+    Raises StateError, saying what is wrong, if the file is missing or damaged, or of another version or camera.
+    """
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise StateError(f"{path}: the surface file cannot be read: {error.strerror}; recalibrate") from error
+    head, _, payload = content.partition(b"\n")
+    header = _header(path, head)
+    if hashlib.sha256(payload).hexdigest() != header.get("sha256"):
+        raise StateError(f"{path}: the surface file is damaged (its checksum does not fit); recalibrate")
+    _check_camera(path, header.get("camera"), _identity(sensor))
+    with np.load(io.BytesIO(payload), allow_pickle=False) as archive:
+        arrays = {name: archive[name] for name in _ARRAYS if name in archive}
+    width, height = sensor.size
+    for name, dtype in _ARRAYS.items():
+        if name not in arrays or arrays[name].shape != (height, width) or arrays[name].dtype != dtype:
+            raise StateError(f"{path}: the surface file's {name!r} is missing or misshapen; recalibrate")
+    return Surface(
+        sensor=sensor,
+        reference=frozen_array(arrays["reference"]),
+        dmax=frozen_array(arrays["dmax"]),
+        noise=frozen_array(arrays["noise"]),
+        valid=frozen_array(arrays["valid"]),
+        moved=frozen_array(arrays["moved"]),
+        frames=int(header["frames"]),
+        made_from=str(header["made_from"]),
+    )
+
+
+def _header(path: Path, head: bytes) -> dict[str, Any]:
+    try:
+        header = json.loads(head)
+    except ValueError:
+        header = None
+    if not isinstance(header, dict) or header.get("kind") != _KIND:
+        raise StateError(f"{path}: this is no surface file of touchd; name another one or recalibrate")
+    if header.get("version") != _VERSION:
+        raise StateError(
+            f"{path}: the surface file has version {header.get('version')}, this touchd reads version {_VERSION}; "
+            "recalibrate"
+        )
+    return header
+
+
+def _check_camera(path: Path, stored: object, present: dict[str, Any]) -> None:
+    if stored == present:
+        return
+    was = stored if isinstance(stored, dict) else {}
+    differing = [f"{key} {was.get(key)} there, {value} here" for key, value in present.items() if was.get(key) != value]
+    raise StateError(f"{path}: the surface was made with another camera ({'; '.join(differing)}); recalibrate")
+
+
+def _identity(sensor: Sensor) -> dict[str, Any]:
+    """Return what must be the same for a surface to fit a camera."""
+    table = hashlib.sha256(sensor.to_mm.tobytes()).hexdigest()[:16]
+    return {
+        "kind": sensor.kind,
+        "serial": sensor.serial,
+        "size": list(sensor.size),
+        "depth table": table,
+        "lens": asdict(sensor.intrinsics),
+    }
+
+
+class FseqStore:
+    """Keeps TUIO's frame number from falling when the daemon restarts, even under a clock that was set back.
+
+    A number well ahead of what was used is written before it is used, so that a killed daemon leaves a good one.
+    """
+
+    AHEAD = 100_000
+
+    def __init__(self, path: Path) -> None:
+        self._path = path
+
+    def load(self) -> int:
+        """Return the stored number, 0 if there is none that can be read."""
+        try:
+            return max(0, int(self._path.read_text("ascii")))
+        except (OSError, ValueError):
+            return 0
+
+    def keep(self, fseq: int) -> None:
+        """Store a number. Raises StateError if it cannot be written."""
+        write_whole(self._path, f"{fseq}\n".encode("ascii"))

@@ -1,0 +1,1 @@
+"""Learning the empty surface, and what stands above it."""

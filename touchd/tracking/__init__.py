@@ -1,0 +1,1 @@
+"""Following contacts over time: ids that hold, smooth positions, velocities."""

@@ -1,0 +1,153 @@
+"""From contacts in single frames to touches with ids that hold."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from touchd.model import Contact, Cursor
+from touchd.tracking.assignment import assign
+from touchd.tracking.filters import OneEuro
+from touchd.tracking.settings import TrackingSettings
+
+_FRAME_S = 1.0 / 30.0
+# A touch slower than this stays where it is while its contact is missing: the last pixels of a lifted finger wander.
+_COASTS_ABOVE_MM_S = 200.0
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A live touch: what was last seen of it, where it is now, and the cursor that says so."""
+
+    cursor: Cursor
+    contact: Contact  # the last one that belonged to it
+    filtered: OneEuro
+    seen_ns: int
+
+    def expected_mm(self, t_ns: int) -> tuple[float, float]:
+        """Return where the touch should be by now if it kept its speed."""
+        dt_s = (t_ns - self.seen_ns) / 1e9
+        return (
+            self.contact.x_mm + self.filtered.vx_mm_s * dt_s,
+            self.contact.y_mm + self.filtered.vy_mm_s * dt_s,
+        )
+
+
+class Tracker:
+    """Follows contacts. Session ids count up from 1 and are never used again."""
+
+    def __init__(self, settings: TrackingSettings, area_mm: tuple[float, float]) -> None:
+        """``area_mm``: the area's width and height, which mm are turned into TUIO's axes by."""
+        self._settings = settings
+        self._area_mm = area_mm
+        self._tracks: list[Track] = []
+        self._next_id = 1
+        self._now_ns = 0
+
+    def step(self, contacts: Sequence[Contact], t_ns: int) -> tuple[Cursor, ...]:
+        """Take in one frame's contacts (in any order) and return the touches that are alive after it."""
+        ordered = sorted(contacts, key=_place)
+        pairs = self._match(ordered, t_ns)
+        followed = {row: self._follow(self._tracks[row], ordered[column], t_ns) for row, column in pairs}
+        coasting = {
+            row: self._coast(track, t_ns) for row, track in enumerate(self._tracks) if row not in followed
+        }
+        kept = [followed.get(row) or coasting[row] for row in range(len(self._tracks))]
+        taken = {column for _, column in pairs}
+        fresh = [c for column, c in enumerate(ordered) if column not in taken and self._may_begin(c)]
+        self._tracks = [track for track in kept if track is not None and self._in_reach(track)]
+        self._tracks += [self._begin(contact, t_ns) for contact in fresh]
+        self._now_ns = t_ns
+        return tuple(track.cursor for track in self._tracks)
+
+    def end_all(self) -> None:
+        """End every touch; later ones get new ids."""
+        self._tracks = []
+
+    def adopt(self, settings: TrackingSettings, area_mm: tuple[float, float]) -> None:
+        """Go on under other settings, or on an area of another size, without ending a touch."""
+        self._settings = settings
+        self._area_mm = area_mm
+
+    def _match(self, contacts: list[Contact], t_ns: int) -> list[tuple[int, int]]:
+        if not contacts or not self._tracks:
+            return []
+        expected = np.array([track.expected_mm(t_ns) for track in self._tracks])
+        seen = np.array([(c.x_mm, c.y_mm) for c in contacts])
+        costs = np.sum((expected[:, None, :] - seen[None, :, :]) ** 2, axis=2)
+        late_s = max((t_ns - self._now_ns) / 1e9, _FRAME_S)
+        gate_mm = self._settings.gate_mm * min(late_s / _FRAME_S, 3.0)
+        return assign(costs, gate_mm * gate_mm)
+
+    def _follow(self, track: Track, contact: Contact, t_ns: int) -> Track:
+        dt_s = max((t_ns - track.seen_ns) / 1e9, 1e-3)
+        settings = self._settings
+        filtered = track.filtered.moved(
+            contact.x_mm, contact.y_mm, dt_s, settings.min_cutoff_hz, settings.beta_hz_s_mm
+        )
+        cursor = replace(
+            self._moved(track.cursor, filtered.x_mm, filtered.y_mm, t_ns),
+            height_mm=contact.height_mm,
+            area_mm2=contact.area_mm2,
+            angle=contact.angle,
+        )
+        return Track(cursor, contact, filtered, t_ns)
+
+    def _coast(self, track: Track, t_ns: int) -> Track | None:
+        if t_ns - track.seen_ns > self._settings.coast_ms * 1e6:
+            return None
+        if math.hypot(track.filtered.vx_mm_s, track.filtered.vy_mm_s) > _COASTS_ABOVE_MM_S:
+            x_mm, y_mm = track.expected_mm(t_ns)
+        else:
+            x_mm, y_mm = track.filtered.x_mm, track.filtered.y_mm
+        return replace(track, cursor=self._moved(track.cursor, x_mm, y_mm, t_ns))
+
+    def _moved(self, last: Cursor, x_mm: float, y_mm: float, t_ns: int) -> Cursor:
+        """Return the cursor at a new place, with velocity and acceleration as TUIO 1.1 defines them.
+
+        Velocity is the way since the last frame in area axes over the time it took; acceleration the change of its
+        length over the same time.
+        """
+        dt_s = max((t_ns - self._now_ns) / 1e9, 1e-3)
+        width, height = self._area_mm
+        x, y = x_mm / width, y_mm / height
+        way_x, way_y = _clamp(x) - last.x, _clamp(y) - last.y
+        if math.hypot(way_x * width, way_y * height) / dt_s < self._settings.rest_mm_s:
+            vx = vy = 0.0
+        else:
+            vx, vy = way_x / dt_s, way_y / dt_s
+        accel = (math.hypot(vx, vy) - math.hypot(last.vx, last.vy)) / dt_s
+        return replace(last, x=_clamp(x), y=_clamp(y), vx=vx, vy=vy, accel=accel)
+
+    def _may_begin(self, contact: Contact) -> bool:
+        return contact.firm and 0.0 <= contact.x <= 1.0 and 0.0 <= contact.y <= 1.0
+
+    def _in_reach(self, track: Track) -> bool:
+        stray = self._settings.stray_mm
+        width, height = self._area_mm
+        x_mm, y_mm = track.contact.x_mm, track.contact.y_mm
+        return -stray <= x_mm <= width + stray and -stray <= y_mm <= height + stray
+
+    def _begin(self, contact: Contact, t_ns: int) -> Track:
+        cursor = Cursor(
+            session_id=self._next_id,
+            x=_clamp(contact.x),
+            y=_clamp(contact.y),
+            vx=0.0,
+            vy=0.0,
+            accel=0.0,
+            height_mm=contact.height_mm,
+            area_mm2=contact.area_mm2,
+            angle=contact.angle,
+        )
+        self._next_id += 1
+        return Track(cursor, contact, OneEuro(contact.x_mm, contact.y_mm), t_ns)
+
+
+def _place(contact: Contact) -> tuple[float, ...]:
+    return contact.x_mm, contact.y_mm, contact.height_mm, contact.area_mm2, contact.angle, contact.firm
+
+
+def _clamp(value: float) -> float:
+    return min(1.0, max(0.0, value))
