@@ -6,7 +6,6 @@ import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from touchd.errors import SourceError, TouchdError
 from touchd.model import Frame, TouchFrame
@@ -19,6 +18,7 @@ log = logging.getLogger(__name__)
 # How often the worker looks up when no frames come: often enough for idle messages once a second.
 _TICK_S = 0.1
 _JOIN_S = 5.0
+_LOOK_S = 0.2
 
 
 class LatestFrame:
@@ -48,13 +48,6 @@ class LatestFrame:
                 self._filled.wait(timeout_s)
             frame, self._frame = self._frame, None
             return frame
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How the daemon ended: with an error, or without."""
-
-    error: BaseException | None
 
 
 class Daemon:
@@ -102,15 +95,15 @@ class Daemon:
         """Learn the surface anew from the next frame on."""
         self._at_boundary.put(self._pipeline.calibrate)
 
-    def stop(self) -> Outcome:
-        """End every touch at every client, stop the threads, and say how it went."""
+    def stop(self) -> BaseException | None:
+        """End every touch at every client and stop the threads; return the error that a thread ended with."""
         self._stopping.set()
         self._source.close()
         for thread in (self._capture, self._worker):
             thread.join(_JOIN_S)
             if thread.is_alive() and self._error is None:
                 self._error = TouchdError(f"the {thread.name} thread did not stop within {_JOIN_S:.0f} s")
-        return Outcome(self._error)
+        return self._error
 
     def _guarded(self, job: Callable[[], None]) -> None:
         try:
@@ -164,14 +157,15 @@ class Daemon:
         self._on_frame(result)
 
 
-def wait_for_signals(daemon: Daemon) -> None:
-    """Wait in the main thread until a signal or a failed thread says stop. The signals must be blocked already.
+def wait_for_signals(daemon: Daemon, meanwhile: Callable[[], None]) -> None:
+    """Wait in the main thread until a signal or a failed thread says stop; call ``meanwhile`` a few times a second.
 
-    SIGTERM and SIGINT return; SIGUSR1 recalibrates.
+    The signals must be blocked already. SIGTERM and SIGINT return; SIGUSR1 recalibrates.
     """
     watched = {signal.SIGTERM, signal.SIGINT, signal.SIGUSR1}
     while not daemon.stopping.is_set():
-        received = signal.sigtimedwait(watched, 0.2)
+        received = signal.sigtimedwait(watched, _LOOK_S)
+        meanwhile()
         if received is None:
             continue
         if received.si_signo == signal.SIGUSR1:
@@ -180,11 +174,3 @@ def wait_for_signals(daemon: Daemon) -> None:
         else:
             log.info("stopping: %s", signal.Signals(received.si_signo).name)
             return
-
-
-def block_signals() -> None:
-    """Block the signals that :func:`wait_for_signals` takes, for this thread and all that it starts.
-
-    Call it before numpy is imported: its threads would take the signals otherwise.
-    """
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT, signal.SIGUSR1})

@@ -61,6 +61,18 @@ class StateError(TouchdError):
     exit_code = ExitCode.BAD_DATA
 
 
+class StateNotKept(StateError):
+    """The state folder cannot be written to."""
+
+    exit_code = ExitCode.CANNOT_WRITE
+
+
+class AlreadyRunning(TouchdError):
+    """Another daemon uses the same state folder."""
+
+    exit_code = ExitCode.TRY_AGAIN
+
+
 class OutputError(TouchdError):
     """An output cannot be opened or written to."""
 

@@ -16,6 +16,8 @@ Doubles = NDArray[np.float64]
 
 KINECT_SIZE = (640, 480)
 KINECT_INVALID = 2047
+_PLANE_POINTS = 20_000  # more make a fit no better, only slower
+_ON_PLANE_SHARE = 0.02  # of its depth: how far from a plane a point may lie and still refine it
 _UNDISTORT_ROUNDS = 12  # a fixed point that gains a digit a round for any lens we support
 
 
@@ -104,7 +106,7 @@ def depth_mm(sensor: Sensor, raw: NDArray[np.integer | np.floating]) -> Doubles:
     here = sensor.to_mm[below].astype(np.float64)
     # A whole raw value must not look at its neighbour, which may be no reading.
     depth = np.where(share > 0.0, here + share * (sensor.to_mm[above] - here), here)
-    return np.where(known, depth, np.nan)
+    return np.asarray(np.where(known, depth, np.nan), np.float64)
 
 
 def raw_of_depth(sensor: Sensor, z_mm: Doubles) -> Doubles:
@@ -119,11 +121,12 @@ def undistort(intrinsics: Intrinsics, pixels: Doubles) -> Doubles:
     focal, centre = np.array([k.fx, k.fy]), np.array([k.cx, k.cy])
     seen = (np.asarray(pixels, np.float64) - centre) / focal
     if k.k1 == 0.0 and k.k2 == 0.0:
-        return seen * focal + centre
-    ideal = seen.copy()
+        return np.array(pixels, np.float64)
+    ideal: Doubles = seen.copy()
     for _ in range(_UNDISTORT_ROUNDS):
         ideal = seen / _distortion(k, ideal)
-    return ideal * focal + centre
+    unbent: Doubles = ideal * focal + centre
+    return unbent
 
 
 def distort(intrinsics: Intrinsics, pixels: Doubles) -> Doubles:
@@ -131,7 +134,8 @@ def distort(intrinsics: Intrinsics, pixels: Doubles) -> Doubles:
     k = intrinsics
     focal, centre = np.array([k.fx, k.fy]), np.array([k.cx, k.cy])
     ideal = (np.asarray(pixels, np.float64) - centre) / focal
-    return ideal * _distortion(k, ideal) * focal + centre
+    bent: Doubles = ideal * _distortion(k, ideal) * focal + centre
+    return bent
 
 
 def _distortion(k: Intrinsics, ideal: Doubles) -> Doubles:
@@ -152,7 +156,8 @@ def rays(intrinsics: Intrinsics, pixels: Doubles) -> Doubles:
 def project_ideal(intrinsics: Intrinsics, points_mm: Doubles) -> Doubles:
     """Return the undistorted pixels (..., 2) of points (..., 3) in camera space."""
     xy = points_mm[..., :2] / points_mm[..., 2:]
-    return xy * np.array([intrinsics.fx, intrinsics.fy]) + np.array([intrinsics.cx, intrinsics.cy])
+    pixels: Doubles = xy * np.array([intrinsics.fx, intrinsics.fy]) + np.array([intrinsics.cx, intrinsics.cy])
+    return pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,12 +185,13 @@ def fit_plane(points_mm: Doubles, rounds: int = 4) -> Plane | None:
     design = points_mm / points_mm[:, 2:]
     inverse = 1.0 / points_mm[:, 2]
     kept = np.ones(len(points_mm), bool)
-    solution = np.zeros(3)
+    solution: Doubles = np.zeros(3)
     for _ in range(rounds):
-        solution, _, rank, _ = np.linalg.lstsq(design[kept], inverse[kept], rcond=None)
+        found, _, rank, _ = np.linalg.lstsq(design[kept], inverse[kept], rcond=None)
+        solution = np.asarray(found, np.float64)
         if rank < 3:
             return None
-        residual = np.abs(design @ solution - inverse)
+        residual: Doubles = np.abs(design @ solution - inverse)
         kept = residual <= 3.0 * 1.4826 * np.median(residual) + 1e-12
         if int(kept.sum()) < 3:
             break
@@ -245,7 +251,7 @@ def map_surface(surface: Surface, window_px: int = 31) -> SurfaceMap:
     directions = rays(sensor.intrinsics, np.stack([u, v], axis=-1))
     z_mm = np.where(surface.valid, depth_mm(sensor, surface.reference), np.nan)
     known = np.isfinite(z_mm)
-    plane = fit_plane((directions * z_mm[..., None])[known][:: max(1, int(known.sum()) // 20000)])
+    plane = _plane_around_centre(directions * z_mm[..., None], known)
     inverse = np.where(known, 1.0 / np.where(known, z_mm, 1.0), 0.0)
     inverse = _fill(inverse, known, window_px, plane, directions)
     normals = _local_normals(inverse, directions, sensor.intrinsics, window_px)
@@ -262,7 +268,26 @@ def map_surface(surface: Surface, window_px: int = 31) -> SurfaceMap:
     )
 
 
-def _fill(inverse: Doubles, known: NDArray[np.bool_], window_px: int, plane: Plane | None, directions: Doubles) -> Doubles:
+def _plane_around_centre(points_mm: Doubles, known: NDArray[np.bool_]) -> Plane | None:
+    """Return the plane of what the picture's middle third shows, refined by all that lies on it.
+
+    A floor beside the table, however large, does not pull it.
+    """
+    height, width = known.shape
+    middle = np.zeros_like(known)
+    middle[height // 3 : height - height // 3, width // 3 : width - width // 3] = True
+    every = max(1, int(known.sum()) // _PLANE_POINTS)
+    plane = fit_plane(points_mm[known & middle][::every]) or fit_plane(points_mm[known][::every])
+    if plane is None:
+        return None
+    points = points_mm[known][::every]
+    near = np.abs(points @ plane.normal + plane.distance_mm) < _ON_PLANE_SHARE * points[:, 2]
+    return fit_plane(points[near]) or plane
+
+
+def _fill(
+    inverse: Doubles, known: NDArray[np.bool_], window_px: int, plane: Plane | None, directions: Doubles
+) -> Doubles:
     weight = cv2.blur(known.astype(np.float64), (window_px, window_px))
     mean = cv2.blur(inverse, (window_px, window_px)) / np.maximum(weight, 1e-9)
     far_off = np.full(inverse.shape, float(np.median(inverse[known])) if known.any() else 1e-3)

@@ -48,9 +48,7 @@ class AreaCorners:
     ``size_mm`` is its width and height on the surface, or None where it is to be derived from the surface.
     """
 
-    corners_px: tuple[
-        tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]
-    ]
+    corners_px: tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]]
     size_mm: tuple[float, float] | None = None
 
 

@@ -64,10 +64,10 @@ class Ready:
 class Pipeline:
     """Turns frames into touches: ``step`` one frame, ``stall`` when none came, ``calibrate`` to learn the surface anew.
 
-    Without a surface it calibrates on the first frames it gets.
+    It begins without a surface: call ``calibrate``, or ``use`` a stored one.
     """
 
-    def __init__(self, sensor: Sensor, settings: PipelineSettings, made_from: str, surface: Surface | None = None) -> None:
+    def __init__(self, sensor: Sensor, settings: PipelineSettings, made_from: str) -> None:
         self._sensor = sensor
         self._settings = settings
         self._made_from = made_from
@@ -75,15 +75,26 @@ class Pipeline:
         self._ready: Ready | None = None
         self._tracker = Tracker(settings.tracking, (1.0, 1.0))
         self._last_index = 0
-        if surface is None:
-            self.calibrate()
-        else:
-            self._use(surface)
+
+    @property
+    def sensor(self) -> Sensor:
+        """The camera whose frames it takes."""
+        return self._sensor
+
+    @property
+    def made_from(self) -> str:
+        """What surfaces learned here are said to be made from."""
+        return self._made_from
 
     @property
     def surface(self) -> Surface | None:
         """The surface in force, None while there is none yet."""
         return self._ready.surface if self._ready else None
+
+    @property
+    def ready(self) -> Ready | None:
+        """What frames are looked up in, None while there is no surface yet."""
+        return self._ready
 
     @property
     def report(self) -> SurfaceReport | None:
@@ -100,7 +111,8 @@ class Pipeline:
         self._last_index = frame.index
         if self._calibration is not None:
             return self._calibrate_on(self._calibration, frame)
-        assert self._ready is not None  # noqa: S101  without a surface there is always a calibration under way
+        if self._ready is None:
+            return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
         blobs = self._ready.finder.find(frame.raw)
         contacts = self._ready.locator.contacts(blobs)
         cursors = self._tracker.step(contacts, frame.t_ns)
@@ -121,10 +133,11 @@ class Pipeline:
         why = f"frame {calibration.frames} of {self._settings.calibration.frames}"
         if calibration.complete:
             self._calibration = None
-            self._use(calibration.surface())
+            self.use(calibration.surface())
         return TouchFrame(frame.index, frame.t_ns, State.CALIBRATING, why=why)
 
-    def _use(self, surface: Surface) -> None:
+    def use(self, surface: Surface) -> None:
+        """Take a surface of this sensor as it is. Live touches go on."""
         self._ready = _ready_for(surface, self._settings)
         self._tracker.adopt(self._settings.tracking, self._ready.area.size_mm)
 

@@ -4,6 +4,7 @@ A surface file is one line of JSON (what it is, of which camera, checksum) and a
 is written to a temporary file, synced and renamed, so that a reader finds the old file or the new one, whole.
 """
 
+import fcntl
 import hashlib
 import io
 import json
@@ -16,11 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from touchd.errors import StateError
+from touchd.errors import AlreadyRunning, StateError, StateNotKept
 from touchd.model import Sensor, Surface, frozen_array
 
 SURFACE_FILE = "surface.touchd"
 FSEQ_FILE = "tuio-fseq"
+LOCK_FILE = "lock"
 _KIND = "touchd surface"
 _VERSION = 1
 _ARRAYS = {
@@ -41,7 +43,7 @@ def state_folder(env: Mapping[str, str]) -> Path:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write a file so that it is there whole or not at all. Raises StateError naming the path and the reason."""
+    """Write a file so that it is there whole or not at all. Raises StateNotKept naming the path and the reason."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
@@ -67,12 +69,12 @@ def _sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def _cannot_write(path: Path, error: OSError) -> StateError:
-    return StateError(f"{path}: cannot be written: {error.strerror}; check the folder's owner and free space")
+def _cannot_write(path: Path, error: OSError) -> StateNotKept:
+    return StateNotKept(f"{path}: cannot be written: {error.strerror}; check the folder's owner and free space")
 
 
 def save_surface(path: Path, surface: Surface) -> None:
-    """Store a surface. Raises StateError if it cannot be written."""
+    """Store a surface. Raises StateNotKept if it cannot be written."""
     archive = io.BytesIO()
     np.savez_compressed(archive, **{name: getattr(surface, name) for name in _ARRAYS})
     payload = archive.getvalue()
@@ -87,8 +89,8 @@ def save_surface(path: Path, surface: Surface) -> None:
     write_whole(path, json.dumps(header).encode() + b"\n" + payload)
 
 
-def load_surface(path: Path, sensor: Sensor) -> Surface:
-    """Return a stored surface of this sensor.
+def load_surface(path: Path, sensor: Sensor, made_from: str | None = None) -> Surface:
+    """Return a stored surface of this sensor and, unless None, made from this source.
 
     Raises StateError, saying what is wrong, if the file is missing or damaged, or of another version or camera.
     """
@@ -101,6 +103,10 @@ def load_surface(path: Path, sensor: Sensor) -> Surface:
     if hashlib.sha256(payload).hexdigest() != header.get("sha256"):
         raise StateError(f"{path}: the surface file is damaged (its checksum does not fit); recalibrate")
     _check_camera(path, header.get("camera"), _identity(sensor))
+    if made_from is not None and header.get("made_from") != made_from:
+        raise StateError(
+            f"{path}: the surface was made from {header.get('made_from')}, not from {made_from}; recalibrate"
+        )
     with np.load(io.BytesIO(payload), allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in _ARRAYS if name in archive}
     width, height = sensor.size
@@ -154,13 +160,36 @@ def _identity(sensor: Sensor) -> dict[str, Any]:
     }
 
 
+class Lock:
+    """Keeps a state folder to one daemon. Held until the process ends, however it ends."""
+
+    def __init__(self, folder: Path) -> None:
+        """Take the lock. Raises AlreadyRunning if another process holds it, StateNotKept if it cannot be made."""
+        path = folder / LOCK_FILE
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("a")
+        except OSError as error:
+            raise _cannot_write(path, error) from error
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            self._file.close()
+            raise AlreadyRunning(
+                f"{folder}: another touchd uses this state folder; stop it, or give this one its own with "
+                "STATE_DIRECTORY"
+            ) from error
+
+    def release(self) -> None:
+        """Let the folder go."""
+        self._file.close()
+
+
 class FseqStore:
     """Keeps TUIO's frame number from falling when the daemon restarts, even under a clock that was set back.
 
-    A number well ahead of what was used is written before it is used, so that a killed daemon leaves a good one.
+    A number well ahead of the last one used is kept, so that a killed daemon leaves a good one too.
     """
-
-    AHEAD = 100_000
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -173,5 +202,5 @@ class FseqStore:
             return 0
 
     def keep(self, fseq: int) -> None:
-        """Store a number. Raises StateError if it cannot be written."""
+        """Store a number. Raises StateNotKept if it cannot be written."""
         write_whole(self._path, f"{fseq}\n".encode("ascii"))

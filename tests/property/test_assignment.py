@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-
 from touchd.tracking.assignment import assign
 
 LIMIT = 100.0
@@ -20,7 +19,7 @@ def tables() -> st.SearchStrategy[NDArray[np.float64]]:
 
 
 def total(costs: NDArray[np.float64], pairs: list[tuple[int, int]]) -> float:
-    return sum(costs[pair] for pair in pairs) + LIMIT * (len(costs) - len(pairs))
+    return sum(float(costs[pair]) for pair in pairs) + LIMIT * (len(costs) - len(pairs))
 
 
 def brute_force(costs: NDArray[np.float64]) -> float:
@@ -28,7 +27,10 @@ def brute_force(costs: NDArray[np.float64]) -> float:
     padded = np.full((rows, columns + rows), LIMIT)
     padded[:, :columns] = np.where(costs < LIMIT, costs, LIMIT)
     return min(
-        (sum(padded[row, column] for row, column in enumerate(choice)) for choice in permutations(range(columns + rows), rows)),
+        (
+            sum(padded[row, column] for row, column in enumerate(choice))
+            for choice in permutations(range(columns + rows), rows)
+        ),
         default=0.0,
     )
 

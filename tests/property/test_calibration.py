@@ -7,7 +7,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
-
 from touchd.geometry import KINECT_INVALID, kinect_v1_sensor
 from touchd.model import Surface
 from touchd.surface.calibrate import BINS_EACH_SIDE, Calibration

@@ -3,7 +3,6 @@ from random import Random
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from touchd.model import Contact, Cursor
 from touchd.tracking.settings import TrackingSettings
 from touchd.tracking.tracker import Tracker
@@ -14,13 +13,18 @@ FRAME_NS = 33_333_333
 
 def contact(x_mm: float, y_mm: float, firm: bool = True) -> Contact:
     return Contact(
-        x=x_mm / AREA_MM[0], y=y_mm / AREA_MM[1], x_mm=x_mm, y_mm=y_mm, height_mm=9.0, area_mm2=150.0, angle=0.0, firm=firm
+        x=x_mm / AREA_MM[0],
+        y=y_mm / AREA_MM[1],
+        x_mm=x_mm,
+        y_mm=y_mm,
+        height_mm=9.0,
+        area_mm2=150.0,
+        angle=0.0,
+        firm=firm,
     )
 
 
-contacts = st.lists(
-    st.builds(contact, st.floats(-40, 640), st.floats(-40, 440), st.booleans()), max_size=6
-)
+contacts = st.lists(st.builds(contact, st.floats(-40, 640), st.floats(-40, 440), st.booleans()), max_size=6)
 sessions = st.lists(st.tuples(contacts, st.integers(1, 6)), min_size=1, max_size=12)
 
 
@@ -62,7 +66,9 @@ def test_ids_count_up_from_one_and_every_begin_has_one_end(session: list[tuple[l
 
 @settings(deadline=None)
 @given(sessions, st.randoms(use_true_random=False))
-def test_the_order_in_which_contacts_come_does_not_matter(session: list[tuple[list[Contact], int]], random: Random) -> None:
+def test_the_order_in_which_contacts_come_does_not_matter(
+    session: list[tuple[list[Contact], int]], random: Random
+) -> None:
     shuffled = [(random.sample(seen, len(seen)), steps) for seen, steps in session]
     assert play(session) == play(shuffled)
 
@@ -79,5 +85,5 @@ def test_cursors_stay_in_the_area_and_are_listed_by_id(session: list[tuple[list[
 @given(sessions)
 def test_no_touch_outlives_its_contact_by_more_than_the_coasting_time(session: list[tuple[list[Contact], int]]) -> None:
     coast_frames = int(TrackingSettings().coast_ms * 1e6 // FRAME_NS)
-    silent = [([], 1)] * (coast_frames + 1)
+    silent: list[tuple[list[Contact], int]] = [([], 1)] * (coast_frames + 1)
     assert play([*session, *silent])[-2] == ()

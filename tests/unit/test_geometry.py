@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
-
 from touchd.geometry import (
     KINECT_INVALID,
+    Doubles,
     ZeroPlane,
     depth_mm,
     kinect_v1_sensor,
@@ -19,7 +19,7 @@ LENS = Intrinsics(580.0, 580.0, 319.5, 239.5)
 SENSOR = kinect_v1_sensor(intrinsics=LENS)
 
 
-def surface_at(z_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], sensor: Sensor = SENSOR) -> Surface:
+def surface_at(z_mm: Doubles, sensor: Sensor = SENSOR) -> Surface:
     reference = raw_of_depth(sensor, z_mm)
     everywhere = np.ones(z_mm.shape, bool)
     return Surface(
@@ -34,7 +34,7 @@ def surface_at(z_mm: np.ndarray[tuple[int, ...], np.dtype[np.float64]], sensor: 
     )
 
 
-def tilted_plane(tilt_rad: float, distance_mm: float) -> tuple[np.ndarray, np.ndarray]:  # type: ignore[type-arg]
+def tilted_plane(tilt_rad: float, distance_mm: float) -> tuple[Doubles, Doubles]:
     v, u = np.mgrid[0:480, 0:640].astype(float)
     directions = rays(LENS, np.stack([u, v], axis=-1))
     normal = np.array([0.0, np.sin(tilt_rad), -np.cos(tilt_rad)])
@@ -61,6 +61,16 @@ def test_no_reading_and_shifts_beyond_infinity_have_no_depth() -> None:
 def test_another_unit_s_constants_move_its_depths() -> None:
     nearer = kinect_v1_sensor(ZeroPlane(reference_distance_cm=110.0))
     assert depth_mm(nearer, np.array([628]))[0] == pytest.approx(depth_mm(SENSOR, np.array([628]))[0] * 110 / 120)
+
+
+def test_a_floor_beside_the_table_does_not_pull_the_table_s_plane() -> None:
+    z_mm, normal = tilted_plane(np.radians(10), 800.0)
+    z_mm[:, :130] += 700.0
+    z_mm[:, 510:] += 700.0
+    plane = map_surface(surface_at(z_mm)).plane
+    assert plane is not None
+    np.testing.assert_allclose(plane.normal, normal, atol=1e-3)
+    assert plane.distance_mm == pytest.approx(800.0, abs=0.5)
 
 
 @pytest.mark.parametrize("tilt_deg", [0, 15, 35])
@@ -99,7 +109,7 @@ def test_the_best_plane_s_tilt_and_distance_are_those_of_the_surface() -> None:
 def test_the_whole_picture_as_area_is_u_and_v_over_the_last_pixel() -> None:
     area = map_area(whole_picture(SENSOR), LENS, (1.0, 1.0))
     found = area.of_ideal_pixels(np.array([[0.0, 0.0], [639.0, 479.0], [159.75, 119.75]]))
-    np.testing.assert_allclose(found, [[0, 0], [1, 1], [0.25, 0.25]], atol=1e-6)
+    np.testing.assert_allclose(found, np.array([[0, 0], [1, 1], [0.25, 0.25]]), atol=1e-6)
 
 
 def test_the_area_s_size_is_measured_on_the_surface() -> None:

@@ -1,5 +1,7 @@
 """From blobs in the picture to contacts on the surface, in area coordinates."""
 
+import math
+
 import numpy as np
 
 from touchd.contacts.settings import BlobSettings
@@ -18,36 +20,31 @@ class Locator:
         self._settings = settings
 
     def contacts(self, blobs: list[Blob]) -> list[Contact]:
-        """Return the contacts of the blobs whose size on the surface is a finger's, ordered by where they are."""
+        """Return the contacts of the blobs whose size on the surface is a finger's, in the order of the blobs."""
         if not blobs:
             return []
-        centres = np.array([(b.u, b.v) for b in blobs])
-        # One pixel along the long axis, to see which way it runs on the surface.
-        along = centres + np.array([b.axis for b in blobs])
+        count = len(blobs)
+        # Each centre, and one pixel further along the long axis to see which way it runs on the surface.
+        seen = np.array([(b.u, b.v) for b in blobs] + [(b.u + b.axis[0], b.v + b.axis[1]) for b in blobs])
         readings = depth_mm(self._sensor, np.array([(b.surface_raw, b.seen_raw) for b in blobs]))
         drops = readings[:, 0] - readings[:, 1]
-        feet, heights = self._surface.feet(np.concatenate([centres, along]), np.concatenate([drops, drops]))
+        feet, heights = self._surface.feet(seen, np.concatenate([drops, drops]))
         where = self._area.of_points(feet)
         on_table = where * np.array(self._area.size_mm)
-        count = len(blobs)
         run = on_table[count:] - on_table[:count]
-        areas = np.array([b.pixels for b in blobs]) * self._pixel_mm2(centres, feet[:count])
-        least, most = self._settings.min_area_mm2, self._settings.max_area_mm2
-        contacts = [
-            Contact(
-                x=float(where[i, 0]),
-                y=float(where[i, 1]),
-                x_mm=float(on_table[i, 0]),
-                y_mm=float(on_table[i, 1]),
-                height_mm=float(heights[i]),
-                area_mm2=float(areas[i]),
-                angle=_half_turn(float(np.arctan2(run[i, 1], run[i, 0]))),
-                firm=blob.peak >= self._settings.threshold,
+        areas = np.array([b.pixels for b in blobs]) * self._pixel_mm2(seen[:count], feet[:count])
+        finger_sized = (areas >= self._settings.min_area_mm2) & (areas <= self._settings.max_area_mm2)
+        usable = finger_sized & np.isfinite(where[:count]).all(axis=1)
+        columns = np.column_stack(
+            [where[:count], on_table[:count], heights[:count], areas, np.arctan2(run[:, 1], run[:, 0])]
+        )
+        return [
+            Contact(x, y, x_mm, y_mm, height, area, _half_turn(angle), blob.peak >= self._settings.threshold)
+            for blob, good, (x, y, x_mm, y_mm, height, area, angle) in zip(
+                blobs, usable.tolist(), columns.tolist(), strict=True
             )
-            for i, blob in enumerate(blobs)
-            if least <= areas[i] <= most and np.all(np.isfinite(where[i]))
+            if good
         ]
-        return sorted(contacts, key=lambda c: (c.x_mm, c.y_mm))
 
     def _pixel_mm2(self, pixels: Doubles, feet: Doubles) -> Doubles:
         """Return the size of one pixel's footprint on the surface: Z²/(fx·fy), over the slant's cosine."""
@@ -62,5 +59,4 @@ class Locator:
 
 def _half_turn(angle: float) -> float:
     """Return the same undirected line's angle in (−π/2, π/2]."""
-    turned = (angle + np.pi / 2) % np.pi - np.pi / 2
-    return float(np.pi / 2 if turned == -np.pi / 2 else turned)
+    return math.pi / 2 - (math.pi / 2 - angle) % math.pi

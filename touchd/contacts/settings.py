@@ -14,6 +14,6 @@ class BlobSettings:
 
     boxcar_px: int = 9
     threshold: float = 0.5
-    keep_threshold: float = 0.35
+    keep_threshold: float = 0.4
     min_area_mm2: float = 20.0
     max_area_mm2: float = 1500.0

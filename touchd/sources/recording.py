@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 
 from touchd.formats.recording import Recording
 from touchd.model import Frame, Intrinsics, Sensor
@@ -51,5 +52,5 @@ class RecordingSource:
 
 def usual_interval_ns(times_ns: tuple[int, ...]) -> int:
     """Return the median time between frames, a thirtieth of a second if there is only one."""
-    gaps = sorted(later - earlier for earlier, later in zip(times_ns, times_ns[1:], strict=False))
+    gaps = sorted(later - earlier for earlier, later in pairwise(times_ns))
     return gaps[len(gaps) // 2] if gaps else 33_333_333

@@ -83,13 +83,13 @@ class Calibration:
         self._restart(self._votes < 0, raw, bins)
         bins[~readable] = BINS_EACH_SIDE + 1
         for index, counts in enumerate(self._counts):
-            counts += bins == index - BINS_EACH_SIDE
+            np.add(counts, bins == index - BINS_EACH_SIDE, out=counts)
 
     def _bin_of(self, raw: Image16) -> NDArray[np.int32]:
         deviation = raw.astype(np.int32) - self._snapshot
         if self._bin_width == 1:
             return deviation
-        return np.floor_divide(deviation + self._bin_width // 2, self._bin_width, dtype=np.int32)
+        return (deviation + self._bin_width // 2) // np.int32(self._bin_width)
 
     def _restart(self, outvoted: NDArray[np.bool_], raw: Image16, bins: NDArray[np.int32]) -> None:
         if not outvoted.any():

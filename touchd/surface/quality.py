@@ -5,8 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from touchd.geometry import Doubles, SurfaceMap
+from touchd.geometry import Doubles, SurfaceMap, fit_plane
 from touchd.model import Mask, Shell, Surface
+
+_PLANE_POINTS = 20_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +39,10 @@ def report(surface: Surface, surface_map: SurfaceMap, shell: Shell, inside: Mask
     """Return the SurfaceReport of the pixels where ``inside`` (H, W) is true: the active area."""
     usable = (shell.dmax > 0) & inside
     pixels = max(1, int(inside.sum()))
-    plane = surface_map.plane
+    points = surface_map.rays[usable].astype(np.float64) * surface_map.depth[usable][:, None]
+    plane = fit_plane(points[:: max(1, len(points) // _PLANE_POINTS)])
     tilt, distance, flatness = np.nan, np.nan, np.nan
-    if plane is not None and usable.any():
-        points = surface_map.rays[usable].astype(np.float64) * surface_map.depth[usable][:, None]
+    if plane is not None:
         flatness = float(np.sqrt(np.mean((points @ plane.normal + plane.distance_mm) ** 2)))
         tilt = float(np.degrees(np.arccos(np.clip(-plane.normal[2], -1.0, 1.0))))
         distance = float(plane.depth_mm(np.array([0.0, 0.0, 1.0])))
@@ -98,8 +100,8 @@ def _problems_of(figures: SurfaceReport) -> tuple[str, ...]:
         )
     if figures.flatness_mm > 20.0:
         problems.append(
-            f"the area is far from flat ({figures.flatness_mm:.0f} mm rms); if it should be, check that area.corners_px "
-            "lies on the surface"
+            f"the area is far from flat ({figures.flatness_mm:.0f} mm rms); if it should be, check that area.corners_px"
+            " lies on the surface"
         )
     if figures.noise_mm > 4.0:
         problems.append(

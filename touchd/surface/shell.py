@@ -6,17 +6,17 @@ from touchd.geometry import depth_mm, raw_of_depth
 from touchd.model import Shell, Surface, frozen_array
 from touchd.surface.settings import ShellSettings
 
-# The upper boundary suits the paper's two measurements (a shell that ends 14 mm above the surface where a step is
-# 1.6 mm, and 30 mm where it is 6.5 mm) with a little room for the finger's own thickness.
-AUTO_FAR_MM = 10.0
-AUTO_FAR_STEPS = 3.1
+# Fitted on rendered hands at 0.75, 0.82 and 1.5 m (see docs/design.md): thinner, and touches are lost; thicker, and
+# the centroid slides up the finger and hovering fingers fire. The paper's own shell was 14 and 30 mm.
+AUTO_FAR_MM = 14.0
+AUTO_FAR_STEPS = 1.6
 
 
 def shell_over(surface: Surface, settings: ShellSettings) -> Shell:
     """Return the shell over a surface: ``dmin < raw < dmax``.
 
     Without ``near_mm``, dmax is the surface's own (the first bin of weight). Without ``far_mm``, the upper boundary
-    lies 10 mm + 3.1 effective steps above the surface; the effective step is the root of the squares of the local raw
+    lies 14 mm + 1.6 effective steps above the surface; the effective step is the root of the squares of the local raw
     step and the local noise. ``delta_raw`` is the paper's literal dmin = dmax − δ. A pixel whose own noise fills the
     shell is left out, like one without a reading.
     """

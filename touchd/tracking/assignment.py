@@ -16,6 +16,9 @@ def assign(costs: Costs, limit: float) -> list[tuple[int, int]]:
     one pair at most; pairs come in the order of their rows. The pairs fall into groups that do not touch each other,
     and each group is solved by itself (most hold one row and one column).
     """
+    easy = _everyones_nearest(costs, limit)
+    if easy is not None:
+        return easy
     pairs: list[tuple[int, int]] = []
     for rows, columns in _groups(costs < limit):
         if len(rows) == 1 and len(columns) == 1:
@@ -23,6 +26,15 @@ def assign(costs: Costs, limit: float) -> list[tuple[int, int]]:
         else:
             pairs += [(rows[i], columns[j]) for i, j in _solve(costs[np.ix_(rows, columns)], limit)]
     return sorted(pairs)
+
+
+def _everyones_nearest(costs: Costs, limit: float) -> list[tuple[int, int]] | None:
+    """Return the pairs of each row with its cheapest column if no two rows want the same one: nothing can be better."""
+    if not costs.size:
+        return []
+    nearest = costs.argmin(axis=1).tolist()
+    pairs = [(row, column) for row, column in enumerate(nearest) if costs[row, column] < limit]
+    return pairs if len({column for _, column in pairs}) == len(pairs) else None
 
 
 def _groups(possible: NDArray[np.bool_]) -> list[tuple[list[int], list[int]]]:
@@ -48,7 +60,7 @@ def _groups(possible: NDArray[np.bool_]) -> list[tuple[list[int], list[int]]]:
 
 
 def _solve(costs: Costs, limit: float) -> list[tuple[int, int]]:
-    """Solve one group by shortest augmenting paths with potentials (Jonker and Volgenant's form of the Hungarian method).
+    """Solve one group by shortest augmenting paths with potentials (the Hungarian method).
 
     Each row gets a column of its own that means "unpaired" and costs ``limit``, so that a full assignment exists.
     """

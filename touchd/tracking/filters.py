@@ -33,6 +33,4 @@ class OneEuro:
         vx = self.vx_mm_s + weight * ((x_mm - self.x_mm) / dt_s - self.vx_mm_s)
         vy = self.vy_mm_s + weight * ((y_mm - self.y_mm) / dt_s - self.vy_mm_s)
         weight = smoothing(min_cutoff_hz + beta_hz_s_mm * math.hypot(vx, vy), dt_s)
-        return OneEuro(
-            self.x_mm + weight * (x_mm - self.x_mm), self.y_mm + weight * (y_mm - self.y_mm), vx, vy
-        )
+        return OneEuro(self.x_mm + weight * (x_mm - self.x_mm), self.y_mm + weight * (y_mm - self.y_mm), vx, vy)

@@ -50,9 +50,7 @@ class Tracker:
         ordered = sorted(contacts, key=_place)
         pairs = self._match(ordered, t_ns)
         followed = {row: self._follow(self._tracks[row], ordered[column], t_ns) for row, column in pairs}
-        coasting = {
-            row: self._coast(track, t_ns) for row, track in enumerate(self._tracks) if row not in followed
-        }
+        coasting = {row: self._coast(track, t_ns) for row, track in enumerate(self._tracks) if row not in followed}
         kept = [followed.get(row) or coasting[row] for row in range(len(self._tracks))]
         taken = {column for _, column in pairs}
         fresh = [c for column, c in enumerate(ordered) if column not in taken and self._may_begin(c)]
@@ -75,7 +73,8 @@ class Tracker:
             return []
         expected = np.array([track.expected_mm(t_ns) for track in self._tracks])
         seen = np.array([(c.x_mm, c.y_mm) for c in contacts])
-        costs = np.sum((expected[:, None, :] - seen[None, :, :]) ** 2, axis=2)
+        across, down = expected[:, None, 0] - seen[:, 0], expected[:, None, 1] - seen[:, 1]
+        costs = across * across + down * down
         late_s = max((t_ns - self._now_ns) / 1e9, _FRAME_S)
         gate_mm = self._settings.gate_mm * min(late_s / _FRAME_S, 3.0)
         return assign(costs, gate_mm * gate_mm)
@@ -83,15 +82,8 @@ class Tracker:
     def _follow(self, track: Track, contact: Contact, t_ns: int) -> Track:
         dt_s = max((t_ns - track.seen_ns) / 1e9, 1e-3)
         settings = self._settings
-        filtered = track.filtered.moved(
-            contact.x_mm, contact.y_mm, dt_s, settings.min_cutoff_hz, settings.beta_hz_s_mm
-        )
-        cursor = replace(
-            self._moved(track.cursor, filtered.x_mm, filtered.y_mm, t_ns),
-            height_mm=contact.height_mm,
-            area_mm2=contact.area_mm2,
-            angle=contact.angle,
-        )
+        filtered = track.filtered.moved(contact.x_mm, contact.y_mm, dt_s, settings.min_cutoff_hz, settings.beta_hz_s_mm)
+        cursor = self._moved(track.cursor, filtered.x_mm, filtered.y_mm, contact, t_ns)
         return Track(cursor, contact, filtered, t_ns)
 
     def _coast(self, track: Track, t_ns: int) -> Track | None:
@@ -101,24 +93,22 @@ class Tracker:
             x_mm, y_mm = track.expected_mm(t_ns)
         else:
             x_mm, y_mm = track.filtered.x_mm, track.filtered.y_mm
-        return replace(track, cursor=self._moved(track.cursor, x_mm, y_mm, t_ns))
+        return replace(track, cursor=self._moved(track.cursor, x_mm, y_mm, track.contact, t_ns))
 
-    def _moved(self, last: Cursor, x_mm: float, y_mm: float, t_ns: int) -> Cursor:
-        """Return the cursor at a new place, with velocity and acceleration as TUIO 1.1 defines them.
+    def _moved(self, last: Cursor, x_mm: float, y_mm: float, seen: Contact, t_ns: int) -> Cursor:
+        """Return the cursor at a new place, looking like its contact.
 
-        Velocity is the way since the last frame in area axes over the time it took; acceleration the change of its
-        length over the same time.
+        As TUIO 1.1 defines them, velocity is the way since the last frame in area axes over the time it took, and
+        acceleration the change of the velocity's length over the same time.
         """
         dt_s = max((t_ns - self._now_ns) / 1e9, 1e-3)
         width, height = self._area_mm
-        x, y = x_mm / width, y_mm / height
-        way_x, way_y = _clamp(x) - last.x, _clamp(y) - last.y
-        if math.hypot(way_x * width, way_y * height) / dt_s < self._settings.rest_mm_s:
+        x, y = _clamp(x_mm / width), _clamp(y_mm / height)
+        vx, vy = (x - last.x) / dt_s, (y - last.y) / dt_s
+        if math.hypot(vx * width, vy * height) < self._settings.rest_mm_s:
             vx = vy = 0.0
-        else:
-            vx, vy = way_x / dt_s, way_y / dt_s
         accel = (math.hypot(vx, vy) - math.hypot(last.vx, last.vy)) / dt_s
-        return replace(last, x=_clamp(x), y=_clamp(y), vx=vx, vy=vy, accel=accel)
+        return Cursor(last.session_id, x, y, vx, vy, accel, seen.height_mm, seen.area_mm2, seen.angle)
 
     def _may_begin(self, contact: Contact) -> bool:
         return contact.firm and 0.0 <= contact.x <= 1.0 and 0.0 <= contact.y <= 1.0
@@ -130,17 +120,8 @@ class Tracker:
         return -stray <= x_mm <= width + stray and -stray <= y_mm <= height + stray
 
     def _begin(self, contact: Contact, t_ns: int) -> Track:
-        cursor = Cursor(
-            session_id=self._next_id,
-            x=_clamp(contact.x),
-            y=_clamp(contact.y),
-            vx=0.0,
-            vy=0.0,
-            accel=0.0,
-            height_mm=contact.height_mm,
-            area_mm2=contact.area_mm2,
-            angle=contact.angle,
-        )
+        x, y = _clamp(contact.x), _clamp(contact.y)
+        cursor = Cursor(self._next_id, x, y, 0.0, 0.0, 0.0, contact.height_mm, contact.area_mm2, contact.angle)
         self._next_id += 1
         return Track(cursor, contact, OneEuro(contact.x_mm, contact.y_mm), t_ns)
 

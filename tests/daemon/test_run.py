@@ -1,0 +1,161 @@
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from clients.harness import PATIENCE_S, PythonTuio
+
+
+class RunningDaemon:
+    """`touchd run` in a process of its own, whose log can be waited for."""
+
+    def __init__(self, config: Path, state: Path) -> None:
+        self.lines: list[str] = []
+        self._said = threading.Condition()
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "touchd", "run", "--config", config],
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "STATE_DIRECTORY": str(state)},
+        )
+        self._reader = threading.Thread(target=self._read)
+        self._reader.start()
+
+    def _read(self) -> None:
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            with self._said:
+                self.lines.append(line.rstrip("\n"))
+                self._said.notify_all()
+
+    def wait_for(self, text: str, times: int = 1) -> None:
+        with self._said:
+            found = self._said.wait_for(lambda: sum(text in line for line in self.lines) >= times, PATIENCE_S)
+        assert found, f"{text!r} was not said {times} times: {self.lines}"
+
+    def end(self, number: signal.Signals) -> int:
+        self.process.send_signal(number)
+        code = self.process.wait(PATIENCE_S)
+        self._reader.join(PATIENCE_S)
+        return code
+
+
+@contextmanager
+def running(config: Path, state: Path) -> Iterator[RunningDaemon]:
+    daemon = RunningDaemon(config, state)
+    try:
+        yield daemon
+    finally:
+        if daemon.process.poll() is None:
+            daemon.process.kill()
+        daemon.process.wait()
+        daemon._reader.join(PATIENCE_S)
+        assert daemon.process.stderr is not None
+        daemon.process.stderr.close()
+
+
+def wait_until(happened: Callable[[], bool]) -> None:
+    for _ in range(round(PATIENCE_S / 0.01)):
+        if happened():
+            return
+        time.sleep(0.01)
+    pytest.fail("it did not happen")
+
+
+@pytest.fixture
+def client() -> Iterator[PythonTuio]:
+    with PythonTuio() as client:
+        yield client
+
+
+@pytest.fixture
+def config(short_recording: Path, client: PythonTuio, tmp_path: Path) -> Path:
+    path = tmp_path / "touchd.yaml"
+    text = (short_recording.parent / "touchd.yaml").read_text()
+    path.write_text(f'{text}\noutputs: [{{tuio: {{to: ["{client.destination}"]}}}}]\n')
+    return path
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_in_the_middle_of_a_touch_it_ends_every_touch_and_exits_with_0(
+    number: signal.Signals, config: Path, client: PythonTuio, tmp_path: Path
+) -> None:
+    with running(config, tmp_path / "state") as daemon:
+        wait_until(lambda: bool(client.log.adds))
+        assert daemon.end(number) == 0
+    client.sync()
+    assert client.log.left_over() == set()
+    assert client.log.removes
+    assert f"stopping: {number.name}" in daemon.lines
+
+
+def test_a_recording_plays_over_and_over_and_no_id_comes_twice(
+    config: Path, client: PythonTuio, tmp_path: Path
+) -> None:
+    with running(config, tmp_path / "state") as daemon:
+        wait_until(lambda: len(client.log.adds) >= 5)
+        assert daemon.end(signal.SIGTERM) == 0
+    assert len(set(client.log.adds)) == len(client.log.adds)
+
+
+def test_the_surface_is_kept_and_the_next_start_needs_no_calibration(config: Path, tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    with running(config, state) as daemon:
+        daemon.wait_for("state: tracking")
+        assert daemon.end(signal.SIGTERM) == 0
+    assert any(line.startswith("surface: 821 mm away, tilted 3°") for line in daemon.lines)
+    with running(config, state) as daemon:
+        daemon.wait_for("state: tracking")
+        assert daemon.end(signal.SIGTERM) == 0
+    assert f"using the surface in {state}/surface.touchd" in daemon.lines
+    assert not any("state: calibrating" in line for line in daemon.lines)
+
+
+def test_a_damaged_surface_is_named_and_learned_anew(config: Path, tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    state.mkdir()
+    (state / "surface.touchd").write_bytes(b"not a surface")
+    with running(config, state) as daemon:
+        daemon.wait_for("state: tracking")
+        assert daemon.end(signal.SIGTERM) == 0
+    assert f"{state}/surface.touchd: this is no surface file of touchd; name another one or recalibrate" in daemon.lines
+
+
+def test_sigusr1_calibrates_again(config: Path, tmp_path: Path) -> None:
+    with running(config, tmp_path / "state") as daemon:
+        daemon.wait_for("state: tracking")
+        daemon.process.send_signal(signal.SIGUSR1)
+        daemon.wait_for("recalibrating: SIGUSR1")
+        daemon.wait_for("state: tracking", times=2)
+        assert daemon.end(signal.SIGTERM) == 0
+
+
+def test_a_second_daemon_on_the_same_state_folder_is_exit_code_75(config: Path, tmp_path: Path) -> None:
+    state = tmp_path / "state"
+    with running(config, state) as first:
+        first.wait_for("state:")
+        with running(config, state) as second:
+            assert second.process.wait(PATIENCE_S) == 75
+            second.wait_for(f"touchd: {state}: another touchd uses this state folder")
+        assert first.end(signal.SIGTERM) == 0
+
+
+def test_a_state_folder_that_cannot_be_written_is_one_sentence(config: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with running(config, tmp_path / "file" / "state") as daemon:
+        assert daemon.process.wait(PATIENCE_S) == 73
+        daemon.wait_for("cannot be written: Not a directory; check the folder's owner and free space")
+
+
+def test_a_source_that_is_not_built_yet_is_exit_code_69(tmp_path: Path) -> None:
+    (tmp_path / "touchd.yaml").write_text("source: {kind: realsense}\n")
+    with running(tmp_path / "touchd.yaml", tmp_path / "state") as daemon:
+        assert daemon.process.wait(PATIENCE_S) == 69
+        daemon.wait_for("source.kind: this version of touchd cannot read from 'realsense', only from recording")

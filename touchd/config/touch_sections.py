@@ -1,0 +1,129 @@
+"""The config's sections on calibration, touch and tracking; defaults are those of the stages' settings."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import AfterValidator, Field, model_validator
+
+from touchd.config.checks import check_odd, fault
+from touchd.config.section import Emptiable, Section, field
+from touchd.contacts.settings import BlobSettings
+from touchd.surface.settings import CalibrationSettings
+from touchd.tracking.settings import TrackingSettings
+
+_CALIBRATION = CalibrationSettings()
+_BLOBS = BlobSettings()
+_TRACKING = TrackingSettings()
+_Auto = Literal["auto"]
+
+
+class Calibration(Section):
+    """How the empty surface is learned."""
+
+    frames: Annotated[int, Field(ge=10, le=10_000)] = field(
+        _CALIBRATION.frames, "How many depth frames are learned from", unit="frames"
+    )
+    on_start: Literal["if-missing", "always", "never"] = field(
+        "if-missing", "When to calibrate at the start: only where no surface is stored, each time, or never"
+    )
+    min_share: Annotated[float, Field(ge=0, le=0.5)] = field(
+        _CALIBRATION.min_share, "Rarer readings of a pixel are taken for noise", unit="share of its readings"
+    )
+
+
+class Shell(Section):
+    """The paper's method: pixels in a layer above the surface are touching it."""
+
+    delta_raw: Annotated[int, Field(ge=1, le=1000)] | None = field(
+        None,
+        "The paper's literal thickness of the layer, in place of far_mm",
+        unit="raw steps of the sensor",
+        example=4,
+    )
+    boxcar_px: Annotated[int, Field(ge=1, le=51), AfterValidator(check_odd)] = field(
+        _BLOBS.boxcar_px, "Side of the window that smooths the layer's pixels, an odd number", unit="pixels"
+    )
+    threshold: Annotated[float, Field(ge=0.01, le=1)] = field(
+        _BLOBS.threshold, "How much of the window must be in the layer for a new touch", unit="share"
+    )
+    keep_threshold: Annotated[float, Field(ge=0.01, le=1)] = field(
+        _BLOBS.keep_threshold, "The same for a touch that is already there; at most threshold", unit="share"
+    )
+
+    @model_validator(mode="after")
+    def _keeping_is_no_harder_than_beginning(self) -> Self:
+        if self.keep_threshold > self.threshold:
+            key = "keep_threshold" if "keep_threshold" in self.model_fields_set else "threshold"
+            raise fault(
+                f"keep_threshold ({self.keep_threshold:g}) is above threshold ({self.threshold:g}); a touch"
+                f" would end as it begins; set keep_threshold to {self.threshold:g} or less",
+                key,
+            )
+        return self
+
+
+class Touch(Section):
+    """What counts as a touch."""
+
+    method: Literal["shell"] = field("shell", "How touches are found")
+    near_mm: _Auto | Annotated[float, Field(ge=0, le=100)] = field(
+        "auto",
+        "Lower boundary of the layer that touches, above the surface; auto: from the sensor's noise",
+        unit="millimetres",
+    )
+    far_mm: _Auto | Annotated[float, Field(ge=1, le=200)] = field(
+        "auto",
+        "Upper boundary of the layer, above the surface; auto: from the sensor's step",
+        unit="millimetres",
+    )
+    min_area_mm2: Annotated[float, Field(ge=0, le=100_000)] = field(
+        _BLOBS.min_area_mm2, "Smaller contacts are no fingers", unit="square millimetres"
+    )
+    max_area_mm2: Annotated[float, Field(ge=1, le=1_000_000)] = field(
+        _BLOBS.max_area_mm2, "Larger contacts are no fingers", unit="square millimetres"
+    )
+    shell: Annotated[Shell, Emptiable] = field(Shell(), "The paper's method in detail")
+
+    @model_validator(mode="after")
+    def _bounds_enclose_something(self) -> Self:
+        if self.near_mm != "auto" and self.far_mm != "auto" and self.far_mm <= self.near_mm:
+            raise fault(f"expected more than near_mm ({self.near_mm:g}), found {self.far_mm:g}", "far_mm")
+        if self.far_mm != "auto" and self.shell.delta_raw is not None:
+            raise fault("set beside shell.delta_raw, which replaces it; remove one of the two", "far_mm")
+        if self.max_area_mm2 <= self.min_area_mm2:
+            key = "max_area_mm2" if "max_area_mm2" in self.model_fields_set else "min_area_mm2"
+            raise fault(
+                f"max_area_mm2 ({self.max_area_mm2:g}) is not above min_area_mm2 ({self.min_area_mm2:g});"
+                " no contact could count",
+                key,
+            )
+        return self
+
+
+class Tracking(Section):
+    """How touches are followed from frame to frame."""
+
+    stall_ms: Annotated[float, Field(ge=34, le=5000)] = field(
+        _TRACKING.stall_ms, "Without a frame for this long all touches end", unit="milliseconds"
+    )
+    coast_ms: Annotated[float, Field(ge=0, le=1000)] = field(
+        _TRACKING.coast_ms, "How long a touch outlives its contact", unit="milliseconds"
+    )
+    gate_mm: Annotated[float, Field(ge=1, le=500)] = field(
+        _TRACKING.gate_mm,
+        "How far from where it was expected a touch may be found a frame later",
+        unit="millimetres",
+    )
+    stray_mm: Annotated[float, Field(ge=0, le=100)] = field(
+        _TRACKING.stray_mm, "How far a touch may slide out of the area before it ends", unit="millimetres"
+    )
+    min_cutoff_hz: Annotated[float, Field(ge=0.01, le=100)] = field(
+        _TRACKING.min_cutoff_hz, "Smoothing at rest: lower is steadier and slower", unit="hertz"
+    )
+    beta_hz_s_mm: Annotated[float, Field(ge=0, le=100)] = field(
+        _TRACKING.beta_hz_s_mm,
+        "How fast the smoothing gives way with speed: higher follows closer",
+        unit="hertz per mm/s",
+    )
+    rest_mm_s: Annotated[float, Field(ge=0, le=500)] = field(
+        _TRACKING.rest_mm_s, "Below this speed a touch is at rest", unit="millimetres a second"
+    )

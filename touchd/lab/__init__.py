@@ -1,0 +1,1 @@
+"""Measuring touchd: its speed and its accuracy."""

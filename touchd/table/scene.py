@@ -1,0 +1,121 @@
+"""What stands under the camera: where the table is, which solids are on it, and where they are seen.
+
+Table coordinates are in millimetres, with the origin where the camera's optical axis meets the table: x to
+the right and y down the picture (towards the viewer) along the table, z up from it. They are left-handed, as
+pictures are.
+"""
+
+from dataclasses import dataclass
+from math import cos, radians, sin
+from typing import TypeAlias
+
+import numpy as np
+
+from touchd.geometry import Doubles, distort, project_ideal
+from touchd.model import Intrinsics
+
+Point: TypeAlias = tuple[float, float, float]
+Place: TypeAlias = tuple[float, float]
+
+KINECT_INTRINSICS = Intrinsics(575.8, 575.8, 319.5, 239.5)
+
+
+@dataclass(frozen=True, slots=True)
+class TableCamera:
+    """A camera over a flat table.
+
+    ``height_mm`` is the distance to the table along the optical axis. ``tilt_deg`` leans the camera so that
+    the lower part of the picture looks at nearer table; ``roll_deg`` turns the table clockwise in the
+    picture.
+    """
+
+    height_mm: float
+    tilt_deg: float = 0.0
+    roll_deg: float = 0.0
+    intrinsics: Intrinsics = KINECT_INTRINSICS
+
+    def axes(self) -> Doubles:
+        """Return the table's x, y and z axis as the rows of a (3, 3) matrix in camera space."""
+        tilt, roll = radians(self.tilt_deg), radians(self.roll_deg)
+        leaned = np.array([[1.0, 0.0, 0.0], [0.0, cos(tilt), -sin(tilt)], [0.0, -sin(tilt), -cos(tilt)]])
+        turn = np.array([[cos(roll), sin(roll), 0.0], [-sin(roll), cos(roll), 0.0], [0.0, 0.0, 1.0]])
+        turned: Doubles = leaned @ turn
+        return turned
+
+    def to_camera(self, points_mm: Doubles) -> Doubles:
+        """Return points (..., 3) of the table in camera space."""
+        seen: Doubles = np.asarray(points_mm, np.float64) @ self.axes() + np.array([0.0, 0.0, self.height_mm])
+        return seen
+
+    def eye_mm(self) -> Doubles:
+        """Return the camera's own place (3,) in table coordinates."""
+        eye: Doubles = self.axes() @ np.array([0.0, 0.0, -self.height_mm])
+        return eye
+
+    def pixels(self, points_mm: Doubles) -> Doubles:
+        """Return the pixels (..., 2) in which points (..., 3) of the table are seen, through the lens."""
+        return distort(self.intrinsics, project_ideal(self.intrinsics, self.to_camera(points_mm)))
+
+
+@dataclass(frozen=True, slots=True)
+class Area:
+    """The active area: a rectangle on the table, along the table's axes."""
+
+    centre_mm: Place
+    size_mm: Place  # width, height
+
+    def corners_mm(self) -> Doubles:
+        """Return the top-left, top-right, bottom-right and bottom-left corner (4, 3) in table coordinates."""
+        signs = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+        corners = np.zeros((4, 3))
+        corners[:, :2] = signs * np.array(self.size_mm) + np.array(self.centre_mm)
+        return corners
+
+    def at(self, x: float, y: float) -> Place:
+        """Return the place on the table, in mm, of area coordinates (0..1)."""
+        return (
+            self.centre_mm[0] + (x - 0.5) * self.size_mm[0],
+            self.centre_mm[1] + (y - 0.5) * self.size_mm[1],
+        )
+
+
+def area_corners_px(camera: TableCamera, area: Area) -> Doubles:
+    """Return the area's TL, TR, BR, BL corners (4, 2) as depth pixels through the lens."""
+    return camera.pixels(area.corners_mm())
+
+
+@dataclass(frozen=True, slots=True)
+class Capsule:
+    """Everything within a radius of a line from a to b, the radius changing evenly between the two ends."""
+
+    a_mm: Point
+    b_mm: Point
+    radius_a_mm: float
+    radius_b_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Sphere:
+    """A ball."""
+
+    centre_mm: Point
+    radius_mm: float
+
+
+Solid: TypeAlias = Capsule | Sphere
+
+
+@dataclass(frozen=True, slots=True)
+class Fingertip:
+    """A fingertip over the table: the place under its ball's centre, and the gap between ball and table."""
+
+    at_mm: Place
+    clearance_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """A posed hand with its arm: its solids, and those of its fingertips that mean to touch."""
+
+    solids: tuple[Solid, ...]
+    fingertips: tuple[Fingertip, ...]
