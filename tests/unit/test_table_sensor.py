@@ -228,7 +228,7 @@ def test_a_slope_is_read_as_it_is() -> None:
 
 def test_shadow_falls_where_a_nearer_pixel_takes_the_projectors_column() -> None:
     columns = np.array([[0.0, 1.0, 2.0, 3.0, 4.0, 2.5, 3.5, 7.0]], np.float32)
-    assert shadow(columns).tolist() == [[False, False, False, True, True, False, False, False]]
+    assert shadow(columns, 3).tolist() == [[False, False, False, True, True, False, False, False]]
 
 
 def test_a_bank_draws_different_pictures_of_unit_variance() -> None:

@@ -57,11 +57,12 @@ def pieces(solid: Solid) -> list[tuple[Point, Point, float, float]]:
 
 
 def depth_of(swept: Swept, x: Floats, y: Floats, length2: Floats) -> Floats:
-    """Return the depth at which rays (x, y, 1) of squared length ``length2`` meet it, else infinity."""
-    if swept.room <= 0.0:  # one end's ball holds the other's
-        centre, radius = swept.larger_end()
-        return _sphere(_dot(x, y, centre), length2, float(centre @ centre) - radius * radius)
-    return _capsule(_dot(x, y, swept.start), _dot(x, y, swept.along), length2, swept)
+    """Return the depth at which rays (x, y, 1) of squared length ``length2`` meet a solid, NaN where they miss."""
+    with np.errstate(invalid="ignore"):  # the root of a negative number is how a ray says that it misses
+        if swept.room <= 0.0:  # one end's ball holds the other's
+            centre, radius = swept.larger_end()
+            return _sphere(_dot(x, y, centre), length2, float(centre @ centre) - radius * radius)
+        return _capsule(_dot(x, y, swept.start), _dot(x, y, swept.along), length2, swept)
 
 
 def _between(a_mm: Point, b_mm: Point, share: float) -> Point:
@@ -77,25 +78,22 @@ def _dot(x: Floats, y: Floats, vector: Doubles) -> Floats:
 
 
 def _sphere(to_centre: Floats, length2: Floats, rest: Floats | float) -> Floats:
-    """Return where rays meet a ball, infinite where they miss: t²·length2 - 2t·to_centre + rest = 0."""
+    """Return where rays meet a ball, NaN where they miss: t²·length2 - 2t·to_centre + rest = 0."""
     under_root = to_centre * to_centre
     under_root -= length2 * rest
-    missed = (under_root < 0.0) | (to_centre <= 0.0)
-    depth: Floats = rest / _safe_sum(to_centre, under_root)
-    depth[missed] = np.inf
+    depth: Floats = rest / _root_sum(to_centre, under_root)
     return depth
 
 
-def _safe_sum(half: Floats, under_root: Floats) -> Floats:
-    """Return half + root, a quadratic's denominator that does not cancel; above 0 for rays that miss."""
-    np.maximum(under_root, 0.0, out=under_root)
+def _root_sum(half: Floats, under_root: Floats) -> Floats:
+    """Return half + root, a quadratic's denominator that does not cancel; tiny for what lies behind the camera."""
     np.sqrt(under_root, out=under_root)
     under_root += half
     return np.maximum(under_root, np.float32(_TINY), out=under_root)
 
 
 def _capsule(to_start: Floats, to_along: Floats, length2: Floats, swept: Swept) -> Floats:
-    """Return where rays meet a ball of changing radius swept along a line, infinite where they miss.
+    """Return where rays meet a ball of changing radius swept along a line, NaN where they miss.
 
     The balls' common envelope is a cone: |t·ray - start|² - radius² - s²·room = 0 where s = (t·to_along +
     lead)/room says which ball touches it there (from eliminating s between the ball's equation and its
@@ -112,7 +110,7 @@ def _capsule(to_start: Floats, to_along: Floats, length2: Floats, swept: Swept) 
     under_root = half * half
     square *= np.float32(rest)
     under_root -= square
-    which = np.float32(rest) / _safe_sum(half, under_root)
+    which = np.float32(rest) / _root_sum(half, under_root)
     which *= to_along
     which += np.float32(lead)
     which *= np.float32(1.0 / room)

@@ -115,14 +115,12 @@ def _winner_table() -> Floats:
     return table
 
 
-def shadow(columns_px: Floats) -> Mask:
+def shadow(columns_px: Floats, reach_px: int) -> Mask:
     """Return where the projector does not reach, from its column (H, W) that would light each pixel.
 
-    The projector stands so that its columns grow to the right along any one surface. A pixel lies in shadow
-    when a pixel to its right already uses its column or an earlier one.
+    The projector stands so that its columns grow to the right along any one surface. A pixel lies in shadow when a
+    pixel to its right, at most ``reach_px`` away, already uses an earlier column.
     """
-    backwards = columns_px[:, ::-1]
-    first_to_right = np.minimum.accumulate(backwards, axis=1)[:, ::-1]
-    dark = np.zeros(columns_px.shape, np.bool_)
-    dark[:, :-1] = columns_px[:, :-1] > first_to_right[:, 1:]
+    to_right = np.ones((1, reach_px + 1), np.uint8)
+    dark: Mask = columns_px > cv2.erode(columns_px, to_right, anchor=(0, 0))
     return dark

@@ -57,7 +57,7 @@ class DepthRenderer:
         for swept, box in self._placed([solid for hand in hands for solid in hand.solids]):
             window = box.window
             hit = depth_of(swept, self._x[window], self._y[window], self._length2[window])
-            np.minimum(depth[window], hit, out=depth[window])
+            np.fmin(depth[window], hit, out=depth[window])
             seen.append(Seen(box, swept.nearest))
         return DepthPicture(depth, tuple(seen))
 

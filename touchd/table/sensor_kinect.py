@@ -100,7 +100,7 @@ class KinectV1:
         grown: list[Box] = []
         for seen in picture.seen:
             nearest = np.full(1, max(seen.nearest_mm, _SHADOW_MM), np.float32)
-            rise = float(self._table_raw[seen.box.window].max() - self.raw_of_depth(nearest)[0])
+            rise = float(self._table_raw[seen.box.corners].max() - self.raw_of_depth(nearest)[0])
             grown.append(seen.box.grown(int(rise / RAW_PER_PX) + 1, around, self._sensor.size))
         return apart(grown)
 
@@ -108,9 +108,11 @@ class KinectV1:
         window = box.window
         true_raw = self.raw_of_depth(picture.depth_mm[window])
         table_raw = self._table_raw[window]
-        dark = shadow(self._u[window] + true_raw / np.float32(RAW_PER_PX))
-        dots = np.where(dark, np.float32(0.0), self._dots[window])
-        matched = self._correlator.match(table_raw - true_raw, dots)
+        rise_raw = table_raw - true_raw
+        columns = true_raw * np.float32(1.0 / RAW_PER_PX)
+        columns += self._u[window]
+        lit = ~shadow(columns, int(rise_raw.max() / RAW_PER_PX) + 1)
+        matched = self._correlator.match(rise_raw, self._dots[window] * lit)
         seen_raw = table_raw - matched.rise_raw
         exact[window] = seen_raw + self._pattern_at(seen_raw, box)
         lost[window] = matched.lost | _lost_at_outlines(matched.rise_raw, rng)
@@ -118,7 +120,8 @@ class KinectV1:
     def _pattern_at(self, raw: Floats, box: Box) -> Floats:
         """Return the fixed pattern on a surface: that of the dots that light it."""
         window = box.window
-        columns = self._u[window] + raw / np.float32(RAW_PER_PX)
+        columns = raw * np.float32(1.0 / RAW_PER_PX)
+        columns += self._u[window]
         out = np.empty_like(columns)
         rows = self._v[window]
         cv2.remap(self._pattern, columns, rows, cv2.INTER_LINEAR, dst=out, borderMode=cv2.BORDER_WRAP)
