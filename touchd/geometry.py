@@ -4,6 +4,7 @@ Camera space is in millimetres: x right, y down, z along the optical axis. Pixel
 centre of the top-left pixel. All functions take arrays of any leading shape.
 """
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -109,6 +110,15 @@ def depth_mm(sensor: Sensor, raw: NDArray[np.integer | np.floating]) -> Doubles:
     return np.asarray(np.where(known, depth, np.nan), np.float64)
 
 
+def depth_of(sensor: Sensor, raw: float) -> float:
+    """Return :func:`depth_mm` of a single value: the quick way for the hot path."""
+    if not 0.0 <= raw <= len(sensor.to_mm) - 1:
+        return math.nan
+    below = int(raw)
+    here = float(sensor.to_mm[below])
+    return here if raw == below else here + (raw - below) * (float(sensor.to_mm[below + 1]) - here)
+
+
 def raw_of_depth(sensor: Sensor, z_mm: Doubles) -> Doubles:
     """Return the fractional raw value of depths in mm: the inverse of :func:`depth_mm`; NaN beyond its range."""
     known = np.flatnonzero(np.isfinite(sensor.to_mm))
@@ -202,40 +212,58 @@ def fit_plane(points_mm: Doubles, rounds: int = 4) -> Plane | None:
 
 
 @dataclass(frozen=True, slots=True)
+class Foot:
+    """Where something above the surface stands on it, in camera space, and its height above it.
+
+    ``facing`` is the cosine, times the ray's length, between the surface's normal there and the viewing direction.
+    """
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    height_mm: float
+    facing: float
+
+
+@dataclass(frozen=True, slots=True)
 class SurfaceMap:
     """The surface in camera space, made once per surface.
 
     ``depth`` is its smoothed depth in mm, ``rays`` the viewing directions with z = 1, ``normals`` unit vectors that
-    look at the camera; (H, W), (H, W, 3) and (H, W, 3) float32. ``plane`` is the best single plane, None without one.
+    look at the camera; (H, W), (H, W, 3) and (H, W, 3) float32. ``pitch`` is how far the rays of neighbouring pixels
+    lie apart, along rows and columns. ``plane`` is the best single plane, None without one.
     """
 
     depth: Floats
     rays: Floats
     normals: Floats
+    pitch: tuple[float, float]
     plane: Plane | None
 
-    def feet(self, pixels: Doubles, drop_mm: Doubles) -> tuple[Doubles, Doubles]:
-        """Return where points above the surface stand on it.
+    def foot(self, u: float, v: float, drop_mm: float) -> Foot:
+        """Return where a point above the surface stands on it.
 
-        ``pixels`` (N, 2): where the points are seen; ``drop_mm`` (N,): by how much nearer they are than the surface
-        behind them, along the optical axis. Returns the feet of their perpendiculars (N, 3) in camera space, and
-        their heights (N,) in mm.
+        The point is seen at pixel (u, v), by ``drop_mm`` along the optical axis nearer than the surface behind it.
+        Its foot is that of its perpendicular to the surface's tangent plane there.
         """
         height, width = self.depth.shape
-        u = np.clip(np.rint(pixels[:, 0]).astype(int), 0, width - 1)
-        v = np.clip(np.rint(pixels[:, 1]).astype(int), 0, height - 1)
-        nearest, normal = self.rays[v, u].astype(np.float64), self.normals[v, u].astype(np.float64)
-        # The viewing direction of the fraction of a pixel, and where it meets the surface's tangent plane.
-        across = self.rays[v, np.minimum(u + 1, width - 1), 0] - self.rays[v, np.maximum(u - 1, 0), 0]
-        down = self.rays[np.minimum(v + 1, height - 1), u, 1] - self.rays[np.maximum(v - 1, 0), u, 1]
-        direction = nearest.copy()
-        direction[:, 0] += (pixels[:, 0] - u) * across / 2.0
-        direction[:, 1] += (pixels[:, 1] - v) * down / 2.0
-        facing = np.sum(direction * normal, axis=1)
-        surface_z = self.depth[v, u] * np.sum(nearest * normal, axis=1) / facing
-        heights = drop_mm * -facing
-        points = direction * (surface_z - drop_mm)[:, None]
-        return points - heights[:, None] * normal, heights
+        column, row = min(max(round(u), 0), width - 1), min(max(round(v), 0), height - 1)
+        ray_x, ray_y, _ = self.rays[row, column].tolist()
+        nx, ny, nz = self.normals[row, column].tolist()
+        # Where the nearest pixel's ray meets the surface, and the ray of the fraction of a pixel beside it.
+        facing_there = ray_x * nx + ray_y * ny + nz
+        ray_x += (u - column) * self.pitch[0]
+        ray_y += (v - row) * self.pitch[1]
+        facing = ray_x * nx + ray_y * ny + nz
+        z_mm = float(self.depth[row, column]) * facing_there / facing - drop_mm
+        height_mm = -drop_mm * facing
+        return Foot(
+            x_mm=ray_x * z_mm - height_mm * nx,
+            y_mm=ray_y * z_mm - height_mm * ny,
+            z_mm=z_mm - height_mm * nz,
+            height_mm=height_mm,
+            facing=-facing,
+        )
 
 
 def map_surface(surface: Surface, window_px: int = 31) -> SurfaceMap:
@@ -264,6 +292,7 @@ def map_surface(surface: Surface, window_px: int = 31) -> SurfaceMap:
         depth=frozen_array((1.0 / smooth).astype(np.float32)),
         rays=frozen_array(directions.astype(np.float32)),
         normals=frozen_array(normals.astype(np.float32)),
+        pitch=(1.0 / sensor.intrinsics.fx, 1.0 / sensor.intrinsics.fy),
         plane=plane,
     )
 
@@ -316,18 +345,20 @@ def _local_normals(inverse: Doubles, directions: Doubles, k: Intrinsics, window_
 class AreaMap:
     """The four-corner homography from undistorted pixels to area coordinates, and the area's size."""
 
-    to_area: Doubles  # (3, 3)
+    to_area: tuple[tuple[float, float, float], ...]  # 3 rows of 3
     size_mm: tuple[float, float]
     intrinsics: Intrinsics
 
-    def of_points(self, points_mm: Doubles) -> Doubles:
-        """Return the area coordinates (N, 2) of points (N, 3) in camera space."""
-        return self.of_ideal_pixels(project_ideal(self.intrinsics, points_mm))
+    def of_point(self, x_mm: float, y_mm: float, z_mm: float) -> tuple[float, float]:
+        """Return the area coordinates of a point in camera space."""
+        k = self.intrinsics
+        return self.of_ideal_pixel(x_mm / z_mm * k.fx + k.cx, y_mm / z_mm * k.fy + k.cy)
 
-    def of_ideal_pixels(self, pixels: Doubles) -> Doubles:
-        """Return the area coordinates (N, 2) of undistorted pixels (N, 2)."""
-        homogeneous = np.column_stack([pixels, np.ones(len(pixels))]) @ self.to_area.T
-        return homogeneous[:, :2] / homogeneous[:, 2:]
+    def of_ideal_pixel(self, u: float, v: float) -> tuple[float, float]:
+        """Return the area coordinates of an undistorted pixel."""
+        (a, b, c), (d, e, f), (g, h, i) = self.to_area
+        scale = g * u + h * v + i
+        return (a * u + b * v + c) / scale, (d * u + e * v + f) / scale
 
 
 def map_area(area: AreaCorners, intrinsics: Intrinsics, size_mm: tuple[float, float]) -> AreaMap:
@@ -335,7 +366,9 @@ def map_area(area: AreaCorners, intrinsics: Intrinsics, size_mm: tuple[float, fl
     ideal = undistort(intrinsics, np.array(area.corners_px)).astype(np.float32)
     unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
     return AreaMap(
-        to_area=cv2.getPerspectiveTransform(ideal, unit).astype(np.float64), size_mm=size_mm, intrinsics=intrinsics
+        to_area=tuple((row[0], row[1], row[2]) for row in cv2.getPerspectiveTransform(ideal, unit).tolist()),
+        size_mm=size_mm,
+        intrinsics=intrinsics,
     )
 
 

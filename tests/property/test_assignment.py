@@ -4,9 +4,14 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from touchd.tracking.assignment import assign
+from touchd.tracking import assignment
 
 LIMIT = 100.0
+
+
+def assign(costs: NDArray[np.float64]) -> list[tuple[int, int]]:
+    choices = [[(column, cost) for column, cost in enumerate(row) if cost < LIMIT] for row in costs.tolist()]
+    return assignment.assign(choices, LIMIT)
 
 
 def tables() -> st.SearchStrategy[NDArray[np.float64]]:
@@ -40,7 +45,7 @@ def brute_force(costs: NDArray[np.float64]) -> float:
 def test_the_assignment_costs_as_little_as_the_best_of_all_assignments(costs: NDArray[np.float64]) -> None:
     if costs.shape[0] > 4:
         costs = costs[:4]
-    assert total(costs, assign(costs, LIMIT)) == brute_force(costs)
+    assert total(costs, assign(costs)) == brute_force(costs)
 
 
 @settings(deadline=None)
@@ -48,7 +53,7 @@ def test_the_assignment_costs_as_little_as_the_best_of_all_assignments(costs: ND
 def test_each_row_and_each_column_is_paired_once_at_most_and_never_at_or_above_the_limit(
     costs: NDArray[np.float64],
 ) -> None:
-    pairs = assign(costs, LIMIT)
+    pairs = assign(costs)
     assert len({row for row, _ in pairs}) == len(pairs)
     assert len({column for _, column in pairs}) == len(pairs)
     assert all(costs[pair] < LIMIT for pair in pairs)
@@ -58,4 +63,4 @@ def test_each_row_and_each_column_is_paired_once_at_most_and_never_at_or_above_t
 def test_sixty_rows_that_all_compete_for_sixty_columns_are_all_paired() -> None:
     places = np.arange(60.0)
     costs = np.abs(places[:, None] - places[None, ::-1])
-    assert assign(costs, LIMIT) == [(row, 59 - row) for row in range(60)]
+    assert assign(costs) == [(row, 59 - row) for row in range(60)]

@@ -3,6 +3,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from touchd.geometry import (
     depth_mm,
+    depth_of,
     distort,
     fit_plane,
     kinect_v1_sensor,
@@ -50,6 +51,7 @@ def test_kinect_shift_to_millimetres_and_back(raw: float) -> None:
     sensor = kinect_v1_sensor()
     z_mm = depth_mm(sensor, np.array([raw]))
     np.testing.assert_allclose(raw_of_depth(sensor, z_mm), [raw], atol=1e-3)
+    np.testing.assert_allclose(depth_of(sensor, raw), z_mm[0])
 
 
 @given(st.integers(1, 65535))
@@ -73,8 +75,8 @@ def test_the_area_s_corners_as_seen_are_the_corners_of_its_coordinates(
     lens: Intrinsics, seen: tuple[tuple[float, float], ...]
 ) -> None:
     area = map_area(AreaCorners((seen[0], seen[1], seen[2], seen[3])), lens, (600.0, 400.0))
-    found = area.of_ideal_pixels(undistort(lens, np.array(seen)))
-    np.testing.assert_allclose(found, [[0, 0], [1, 0], [1, 1], [0, 1]], atol=2e-4)
+    found = [area.of_ideal_pixel(u, v) for u, v in undistort(lens, np.array(seen)).tolist()]
+    np.testing.assert_allclose(np.array(found), np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), atol=2e-4)
 
 
 @settings(deadline=None)

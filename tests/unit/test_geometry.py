@@ -81,20 +81,22 @@ def test_the_foot_of_a_point_above_a_tilted_surface_is_under_it_along_the_normal
     directions = rays(LENS, seen)
     on_surface = directions * (800.0 / (directions @ -normal))[:, None]
     points = directions * (on_surface[:, 2:] - 12.0)
-    feet, heights = surface_map.feet(seen, np.full(3, 12.0))
+    feet = [surface_map.foot(u, v, 12.0) for u, v in seen.tolist()]
     expected_heights = points @ normal + 800.0
-    np.testing.assert_allclose(heights, expected_heights, atol=0.05)
-    np.testing.assert_allclose(feet, points - expected_heights[:, None] * normal, atol=0.3)
+    np.testing.assert_allclose([foot.height_mm for foot in feet], expected_heights, atol=0.05)
+    np.testing.assert_allclose(
+        [(foot.x_mm, foot.y_mm, foot.z_mm) for foot in feet], points - expected_heights[:, None] * normal, atol=0.3
+    )
 
 
 def test_the_foot_on_a_book_is_on_the_book() -> None:
     z_mm = np.full((480, 640), 800.0)
     z_mm[150:330, 200:440] = 770.0
     surface_map = map_surface(surface_at(z_mm))
-    seen = np.array([[320.0, 240.0], [210.0, 160.0]])
-    feet, heights = surface_map.feet(seen, np.full(2, 10.0))
-    np.testing.assert_allclose(feet[:, 2], 770.0, atol=0.5)
-    np.testing.assert_allclose(heights, 10.0, atol=0.3)
+    for u, v in ((320.0, 240.0), (210.0, 160.0)):
+        foot = surface_map.foot(u, v, 10.0)
+        assert foot.z_mm == pytest.approx(770.0, abs=0.5)
+        assert foot.height_mm == pytest.approx(10.0, abs=0.3)
     np.testing.assert_allclose(surface_map.normals[240, 320], [0, 0, -1], atol=0.01)
 
 
@@ -108,8 +110,8 @@ def test_the_best_plane_s_tilt_and_distance_are_those_of_the_surface() -> None:
 
 def test_the_whole_picture_as_area_is_u_and_v_over_the_last_pixel() -> None:
     area = map_area(whole_picture(SENSOR), LENS, (1.0, 1.0))
-    found = area.of_ideal_pixels(np.array([[0.0, 0.0], [639.0, 479.0], [159.75, 119.75]]))
-    np.testing.assert_allclose(found, np.array([[0, 0], [1, 1], [0.25, 0.25]]), atol=1e-6)
+    for u, v, x, y in ((0.0, 0.0, 0.0, 0.0), (639.0, 479.0, 1.0, 1.0), (159.75, 119.75, 0.25, 0.25)):
+        assert area.of_ideal_pixel(u, v) == pytest.approx((x, y), abs=1e-6)
 
 
 def test_the_area_s_size_is_measured_on_the_surface() -> None:

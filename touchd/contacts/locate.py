@@ -2,11 +2,9 @@
 
 import math
 
-import numpy as np
-
 from touchd.contacts.settings import BlobSettings
 from touchd.contacts.shell import Blob
-from touchd.geometry import AreaMap, Doubles, SurfaceMap, depth_mm
+from touchd.geometry import AreaMap, Foot, SurfaceMap, depth_of
 from touchd.model import Contact, Sensor
 
 
@@ -21,40 +19,41 @@ class Locator:
 
     def contacts(self, blobs: list[Blob]) -> list[Contact]:
         """Return the contacts of the blobs whose size on the surface is a finger's, in the order of the blobs."""
-        if not blobs:
-            return []
-        count = len(blobs)
-        # Each centre, and one pixel further along the long axis to see which way it runs on the surface.
-        seen = np.array([(b.u, b.v) for b in blobs] + [(b.u + b.axis[0], b.v + b.axis[1]) for b in blobs])
-        readings = depth_mm(self._sensor, np.array([(b.surface_raw, b.seen_raw) for b in blobs]))
-        drops = readings[:, 0] - readings[:, 1]
-        feet, heights = self._surface.feet(seen, np.concatenate([drops, drops]))
-        where = self._area.of_points(feet)
-        on_table = where * np.array(self._area.size_mm)
-        run = on_table[count:] - on_table[:count]
-        areas = np.array([b.pixels for b in blobs]) * self._pixel_mm2(seen[:count], feet[:count])
-        finger_sized = (areas >= self._settings.min_area_mm2) & (areas <= self._settings.max_area_mm2)
-        usable = finger_sized & np.isfinite(where[:count]).all(axis=1)
-        columns = np.column_stack(
-            [where[:count], on_table[:count], heights[:count], areas, np.arctan2(run[:, 1], run[:, 0])]
-        )
-        return [
-            Contact(x, y, x_mm, y_mm, height, area, _half_turn(angle), blob.peak >= self._settings.threshold)
-            for blob, good, (x, y, x_mm, y_mm, height, area, angle) in zip(
-                blobs, usable.tolist(), columns.tolist(), strict=True
-            )
-            if good
-        ]
+        located = (self._locate(blob) for blob in blobs)
+        return [contact for contact in located if contact is not None]
 
-    def _pixel_mm2(self, pixels: Doubles, feet: Doubles) -> Doubles:
+    # One blob at a time in plain Python: for a handful of blobs numpy's calls cost more than the sums.
+    def _locate(self, blob: Blob) -> Contact | None:
+        settings = self._settings
+        drop_mm = depth_of(self._sensor, blob.surface_raw) - depth_of(self._sensor, blob.seen_raw)
+        foot = self._surface.foot(blob.u, blob.v, drop_mm)
+        x, y = self._area.of_point(foot.x_mm, foot.y_mm, foot.z_mm)
+        area_mm2 = blob.pixels * self._pixel_mm2(foot)
+        if not (settings.min_area_mm2 <= area_mm2 <= settings.max_area_mm2 and math.isfinite(x) and math.isfinite(y)):
+            return None
+        width_mm, height_mm = self._area.size_mm
+        return Contact(
+            x=x,
+            y=y,
+            x_mm=x * width_mm,
+            y_mm=y * height_mm,
+            height_mm=foot.height_mm,
+            area_mm2=area_mm2,
+            angle=self._angle(blob),
+            firm=blob.peak >= settings.threshold,
+        )
+
+    def _pixel_mm2(self, foot: Foot) -> float:
         """Return the size of one pixel's footprint on the surface: Z²/(fx·fy), over the slant's cosine."""
         k = self._area.intrinsics
-        height, width = self._surface.depth.shape
-        u = np.clip(np.rint(pixels[:, 0]).astype(int), 0, width - 1)
-        v = np.clip(np.rint(pixels[:, 1]).astype(int), 0, height - 1)
-        facing = np.abs(np.sum(self._surface.normals[v, u] * self._surface.rays[v, u], axis=1))
-        footprint: Doubles = feet[:, 2] ** 2 / (k.fx * k.fy) / np.maximum(facing, 0.1)
-        return footprint
+        return foot.z_mm * foot.z_mm / (k.fx * k.fy) / max(foot.facing, 0.1)
+
+    def _angle(self, blob: Blob) -> float:
+        """Return the direction in the area of the blob's long axis; over one pixel the lens does not bend it."""
+        width_mm, height_mm = self._area.size_mm
+        here_x, here_y = self._area.of_ideal_pixel(blob.u, blob.v)
+        there_x, there_y = self._area.of_ideal_pixel(blob.u + blob.axis[0], blob.v + blob.axis[1])
+        return _half_turn(math.atan2((there_y - here_y) * height_mm, (there_x - here_x) * width_mm))
 
 
 def _half_turn(angle: float) -> float:

@@ -1,5 +1,6 @@
 """The paper's way from a depth picture to contacts: the shell's pixels, low-passed, thresholded, in components."""
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -37,6 +38,8 @@ class ShellFinder:
         self._high = np.where(usable, shell.dmax - np.uint16(1), np.uint16(0))[self._window].copy()
         self._reference = np.ascontiguousarray(surface.reference[self._window])
         self._settings = settings
+        # Written anew for each picture; fresh ones would cost page faults at 30 Hz.
+        self._in_shell, self._share, self._binary = (np.empty(self._low.shape, np.uint8) for _ in range(3))
 
     def find(self, raw: Image16) -> list[Blob]:
         """Return the blobs of one picture (H, W) uint16, in no particular order."""
@@ -44,9 +47,9 @@ class ShellFinder:
             return []
         settings = self._settings
         seen = raw[self._window]
-        in_shell = cv2.inRange(seen, self._low, self._high)
-        share = cv2.blur(in_shell, (settings.boxcar_px, settings.boxcar_px))
-        _, binary = cv2.threshold(share, settings.keep_threshold * 255.0, 255, cv2.THRESH_BINARY)
+        in_shell = cv2.inRange(seen, self._low, self._high, dst=self._in_shell)
+        share = cv2.blur(in_shell, (settings.boxcar_px, settings.boxcar_px), dst=self._share)
+        _, binary = cv2.threshold(share, settings.keep_threshold * 255.0, 255, cv2.THRESH_BINARY, dst=self._binary)
         outlines, _ = cv2.findContours(binary, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         blobs = (self._measure(outline, seen, in_shell, share) for outline in outlines)
         return [blob for blob in blobs if blob is not None]
@@ -79,5 +82,5 @@ def _bounds(usable: Mask) -> tuple[int, int, int, int]:
 
 
 def _long_axis(moments: Moments) -> tuple[float, float]:
-    angle = 0.5 * np.arctan2(2.0 * moments["mu11"], moments["mu20"] - moments["mu02"])
-    return float(np.cos(angle)), float(np.sin(angle))
+    angle = 0.5 * math.atan2(2.0 * moments["mu11"], moments["mu20"] - moments["mu02"])
+    return math.cos(angle), math.sin(angle)

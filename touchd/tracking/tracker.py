@@ -1,10 +1,9 @@
 """From contacts in single frames to touches with ids that hold."""
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from touchd.model import Contact, Cursor
 from touchd.tracking.assignment import assign
@@ -12,6 +11,7 @@ from touchd.tracking.filters import OneEuro
 from touchd.tracking.settings import TrackingSettings
 
 _FRAME_S = 1.0 / 30.0
+_WIDEST_GATE = 3.0  # times gate_mm, after frames were missing
 # A touch slower than this stays where it is while its contact is missing: the last pixels of a lifted finger wander.
 _COASTS_ABOVE_MM_S = 200.0
 
@@ -69,15 +69,18 @@ class Tracker:
         self._area_mm = area_mm
 
     def _match(self, contacts: list[Contact], t_ns: int) -> list[tuple[int, int]]:
-        if not contacts or not self._tracks:
-            return []
-        expected = np.array([track.expected_mm(t_ns) for track in self._tracks])
-        seen = np.array([(c.x_mm, c.y_mm) for c in contacts])
-        across, down = expected[:, None, 0] - seen[:, 0], expected[:, None, 1] - seen[:, 1]
-        costs = across * across + down * down
+        """Return pairs (track, contact); ``contacts`` are in the order of x_mm."""
         late_s = max((t_ns - self._now_ns) / 1e9, _FRAME_S)
-        gate_mm = self._settings.gate_mm * min(late_s / _FRAME_S, 3.0)
-        return assign(costs, gate_mm * gate_mm)
+        gate_mm = self._settings.gate_mm * min(late_s / _FRAME_S, _WIDEST_GATE)
+        places = [contact.x_mm for contact in contacts]
+        limit = gate_mm * gate_mm
+        choices = []
+        for track in self._tracks:
+            x_mm, y_mm = track.expected_mm(t_ns)
+            near = range(bisect_left(places, x_mm - gate_mm), bisect_right(places, x_mm + gate_mm))
+            costs = ((i, (places[i] - x_mm) ** 2 + (contacts[i].y_mm - y_mm) ** 2) for i in near)
+            choices.append([(i, cost) for i, cost in costs if cost < limit])
+        return assign(choices, limit)
 
     def _follow(self, track: Track, contact: Contact, t_ns: int) -> Track:
         dt_s = max((t_ns - track.seen_ns) / 1e9, 1e-3)
