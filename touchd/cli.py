@@ -113,7 +113,7 @@ def _run(options: argparse.Namespace) -> None:
     # Before numpy is imported: its threads would take the signals otherwise.
     signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT, signal.SIGUSR1})
     from touchd.config.load import find_config_path, load_config
-    from touchd.run import run
+    from touchd.service import run
 
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     path = find_config_path(options.config, os.environ, os.getuid())

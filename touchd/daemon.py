@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from touchd.errors import SourceError, TouchdError
+from touchd.metrics import FrameMetrics, MetricsSnapshot
 from touchd.model import Frame, TouchFrame
 from touchd.outputs.output import Output
 from touchd.pipeline import Pipeline
@@ -26,7 +27,7 @@ class LatestFrame:
 
     def __init__(self) -> None:
         self._filled = threading.Condition()
-        self._frame: Frame | None = None
+        self._frame: tuple[Frame, int] | None = None
         self._dropped = 0
 
     @property
@@ -34,15 +35,15 @@ class LatestFrame:
         """How many frames were replaced before anyone took them."""
         return self._dropped
 
-    def put(self, frame: Frame) -> None:
-        """Offer a frame; never waits."""
+    def put(self, frame: Frame, arrived_ns: int) -> None:
+        """Offer a frame and the monotonic time of its arrival; never waits."""
         with self._filled:
             self._dropped += self._frame is not None
-            self._frame = frame
+            self._frame = frame, arrived_ns
             self._filled.notify()
 
-    def take(self, timeout_s: float) -> Frame | None:
-        """Return the newest frame, waiting for one up to ``timeout_s``; None if none came."""
+    def take(self, timeout_s: float) -> tuple[Frame, int] | None:
+        """Return the newest frame and when it arrived, waiting for one up to ``timeout_s``; None if none came."""
         with self._filled:
             if self._frame is None:
                 self._filled.wait(timeout_s)
@@ -70,16 +71,16 @@ class Daemon:
         self._stall_s = stall_ms / 1e3
         self._on_frame = on_frame
         self._slot = LatestFrame()
+        self._metrics = FrameMetrics()
         self._at_boundary: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._stopping = threading.Event()
         self._error: BaseException | None = None
         self._capture = threading.Thread(target=self._guarded, args=(self._capture_frames,), name="capture")
         self._worker = threading.Thread(target=self._guarded, args=(self._work,), name="worker")
 
-    @property
-    def dropped(self) -> int:
-        """How many frames came faster than they could be worked on."""
-        return self._slot.dropped
+    def metrics(self) -> MetricsSnapshot:
+        """Return how fast frames come and are worked on. May be called from any thread."""
+        return self._metrics.snapshot(time.monotonic_ns(), self._slot.dropped)
 
     @property
     def stopping(self) -> threading.Event:
@@ -117,7 +118,7 @@ class Daemon:
         for frame in self._source.frames():
             if self._stopping.is_set():
                 return
-            self._slot.put(frame)
+            self._slot.put(frame, time.monotonic_ns())
         if not self._stopping.is_set():
             raise SourceError(f"{self._source.name}: the source ended; start touchd again")
 
@@ -133,11 +134,13 @@ class Daemon:
     def _work_on_frames(self) -> None:
         last_t_ns, last_seen_s, stalled = 0, time.monotonic(), False
         while not self._stopping.is_set():
-            frame = self._slot.take(min(_TICK_S, self._stall_s))
+            taken = self._slot.take(min(_TICK_S, self._stall_s))
             self._do_what_was_asked()
-            if frame is not None:
+            if taken is not None:
+                frame, arrived_ns = taken
                 last_t_ns, last_seen_s, stalled = frame.t_ns, time.monotonic(), False
                 self._publish(self._pipeline.step(frame))
+                self._metrics.note(arrived_ns, time.monotonic_ns())
                 continue
             silent_s = time.monotonic() - last_seen_s
             if silent_s >= self._stall_s and not stalled:

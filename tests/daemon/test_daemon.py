@@ -159,9 +159,9 @@ def test_recalibration_begins_at_the_next_frame(daemon: Daemon, source: HandSour
 def test_the_slot_keeps_the_newest_frame_and_counts_the_ones_it_replaced() -> None:
     slot = LatestFrame()
     for index in range(4):
-        slot.put(frame(index))
+        slot.put(frame(index), arrived_ns=100 + index)
     taken = slot.take(0.0)
     assert taken is not None
-    assert taken.index == 3
+    assert (taken[0].index, taken[1]) == (3, 103)
     assert slot.dropped == 3
     assert slot.take(0.0) is None

@@ -1,4 +1,4 @@
-"""`touchd run`: opens what the config names, runs the daemon, and keeps its state while it runs."""
+"""`touchd run` as a service: opens what the config names, runs the daemon, and keeps its state while it runs."""
 
 import logging
 import os
@@ -107,7 +107,7 @@ def _run_in(folder: Path, config: Config) -> None:
     finally:
         error = daemon.stop()
         keeper.keep_fseq(highest_fseq(outputs))
-        log.info("stopped, %d frames dropped", daemon.dropped)
+        log.info("stopped, %d frames dropped", daemon.metrics().dropped)
     if error is not None:
         raise error
 
