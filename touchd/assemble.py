@@ -4,17 +4,17 @@ import hashlib
 import os
 import socket
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from ipaddress import IPv4Address
 from pathlib import Path
 
 from touchd.config.output_sections import Output as OutputSection
-from touchd.config.output_sections import Tuio
 from touchd.config.schema import Config
 from touchd.errors import ConfigError, SourceError
 from touchd.formats.recording import open_recording
+from touchd.model import AreaCorners
 from touchd.outputs.events import QueuedEventWriter
 from touchd.outputs.output import Output
 from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, session_offset
@@ -22,6 +22,7 @@ from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, parse_destination
 from touchd.pipeline import MissingArea, PipelineSettings
 from touchd.sources.recording import RecordingSource
+from touchd.sources.source import Source
 
 _BUILT_SOURCES = ("recording",)
 
@@ -55,43 +56,86 @@ def frames_to_calibrate(config: Config, available: int) -> tuple[int, str | None
 
 @dataclass(frozen=True, slots=True)
 class OpenedSource:
-    """A source, how many frames to calibrate on, and sentences about it for the user."""
+    """A source, and what is known of the place that it looks at."""
 
-    source: RecordingSource
+    source: Source
     calibration_frames: int
-    notes: tuple[str, ...]
+    area: AreaCorners | None  # where the source itself knows it
+    notes: tuple[str, ...]  # sentences for the user
 
 
 def open_source(config: Config) -> OpenedSource:
-    """Open what ``source`` names. Raises SourceError."""
+    """Open what ``source`` names. Raises SourceError, and ConfigError where keys that it needs are missing."""
     kind = config.source.kind
-    if kind not in _BUILT_SOURCES:
-        raise SourceError(
-            f"source.kind: this version of touchd cannot read from {kind!r}, only from {', '.join(_BUILT_SOURCES)}; "
-            "play a recording with source: {kind: recording, path: FOLDER}"
-        )
+    if kind == "recording":
+        return _open_recording(config)
+    raise SourceError(
+        f"source.kind: this version of touchd cannot read from {kind!r}, only from {', '.join(_BUILT_SOURCES)}; "
+        "play a recording with source: {kind: recording, path: FOLDER}"
+    )
+
+
+def _open_recording(config: Config) -> OpenedSource:
     if config.source.path is None:
         raise ConfigError("source.path is missing: name the folder of the recording to play")
     recording = open_recording(config.source.path)
     frames, note = frames_to_calibrate(config, len(recording))
     source = RecordingSource(recording, config.intrinsics(recording.sensor.intrinsics))
-    return OpenedSource(source, frames, recording.notes + ((note,) if note else ()))
+    return OpenedSource(source, frames, None, recording.notes + ((note,) if note else ()))
 
 
-def make_outputs(config: Config, instance: str, stored_fseq: int) -> list[Output]:
-    """Return the outputs that the config asks for, not yet started. Raises OutputError."""
-    return [_make_output(item, instance, stored_fseq) for item in config.outputs]
+class OutputMaker:
+    """Makes the outputs that configs ask for, and keeps those that a new config asks for again.
+
+    Each destination is an output of its own, so that a change of one leaves the others' touches alone. All of a run
+    share one offset of session ids.
+    """
+
+    def __init__(self, instance: str, stored_fseq: int) -> None:
+        """``instance``: tells this daemon from others on the host; ``stored_fseq``: the frame number to go on after."""
+        self._instance = instance
+        self._fseq = stored_fseq
+        self._offset = session_offset(time.time())
+        self._made: dict[tuple[object, ...], Output] = {}
+
+    def outputs(self, config: Config) -> list[Output]:
+        """Return the outputs that a config asks for, the new ones not yet started.
+
+        Raises ConfigError if two of them are the same, OutputError if one cannot be made.
+        """
+        self._fseq = max(self._fseq, highest_fseq(list(self._made.values())))
+        made: dict[tuple[object, ...], Output] = {}
+        for item in config.outputs:
+            for key in _keys(item):
+                if any(key[:2] == other[:2] for other in made):
+                    raise ConfigError(f"outputs: {key[1]} is named twice; name each destination once")
+                made[key] = self._made.get(key) or self._make(key)
+        self._made = made
+        return list(made.values())
+
+    def _make(self, key: tuple[object, ...]) -> Output:
+        if key[0] == "events":
+            return QueuedEventWriter(Path(str(key[1])))
+        destination = str(key[1])
+        source = tuio_source(str(key[2]), self._instance, destination)
+        encoder = TuioEncoder(source, self._offset, first_fseq(time.time(), self._fseq))
+        return TuioUdpOutput(encoder, UdpSender([destination]))
 
 
-def _make_output(item: OutputSection, instance: str, stored_fseq: int) -> Output:
+def _keys(item: OutputSection) -> Iterator[tuple[object, ...]]:
+    """Yield what tells an item's outputs from others: kind, where to, and all that it is made from."""
     if item.events is not None:
-        return QueuedEventWriter(item.events.path)
-    tuio = item.tuio or Tuio()
-    now_s = time.time()
-    source = tuio.source
-    if source == "auto":
-        source = default_source(socket.gethostname(), instance, address_towards(tuio.to))
-    return TuioUdpOutput(TuioEncoder(source, session_offset(now_s), first_fseq(now_s, stored_fseq)), UdpSender(tuio.to))
+        yield "events", str(item.events.path)
+    elif item.tuio is not None:
+        for destination in item.tuio.to:
+            yield "tuio", destination, item.tuio.source, item.tuio.transport, item.tuio.profile
+
+
+def tuio_source(configured: str, instance: str, destination: str) -> str:
+    """Return the name that a destination is sent to under; ``configured`` is the config's, "auto" for a made one."""
+    if configured != "auto":
+        return configured
+    return default_source(socket.gethostname(), instance, address_towards([destination]))
 
 
 def address_towards(destinations: Sequence[str]) -> str:

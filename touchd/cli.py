@@ -16,8 +16,7 @@ from touchd.errors import ExitCode, TouchdError, UsageError
 if TYPE_CHECKING:
     from types import FrameType
 
-# The commands import what they need when they run: `run` must block signals before numpy is imported, and --version
-# should not wait for it at all.
+# The commands import what they need when they run, so that --version or a wrong word need not wait for numpy.
 
 
 def run_command_line(arguments: Sequence[str]) -> int:
@@ -110,15 +109,13 @@ def _seconds(text: str) -> float:
 
 
 def _run(options: argparse.Namespace) -> None:
-    # Before numpy is imported: its threads would take the signals otherwise.
-    signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGTERM, signal.SIGINT, signal.SIGUSR1})
-    from touchd.config.load import find_config_path, load_config
+    from touchd.config.load import find_config_path
     from touchd.service import run
 
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     path = find_config_path(options.config, os.environ, os.getuid())
     logging.getLogger(__name__).info("touchd %s, config: %s", version("touchd"), path or "defaults")
-    run(load_config(path))
+    run(path)
 
 
 def _replay(options: argparse.Namespace) -> None:

@@ -1,8 +1,6 @@
 """The running daemon: a capture thread, a worker thread, and the main thread that waits for signals."""
 
-import logging
 import queue
-import signal
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -14,12 +12,9 @@ from touchd.outputs.output import Output
 from touchd.pipeline import Pipeline
 from touchd.sources.source import Source
 
-log = logging.getLogger(__name__)
-
 # How often the worker looks up when no frames come: often enough for idle messages once a second.
 _TICK_S = 0.1
 _JOIN_S = 5.0
-_LOOK_S = 0.2
 
 
 class LatestFrame:
@@ -55,6 +50,7 @@ class Daemon:
     """Runs a source through the core into outputs until told to stop.
 
     ``on_frame`` is called on the worker thread with each result. The worker never blocks: outputs only hand over.
+    What others ask of it is done on the worker thread between two frames.
     """
 
     def __init__(
@@ -67,60 +63,128 @@ class Daemon:
     ) -> None:
         self._source = source
         self._pipeline = pipeline
-        self._outputs = outputs
+        self._outputs = tuple(outputs)
         self._stall_s = stall_ms / 1e3
         self._on_frame = on_frame
         self._slot = LatestFrame()
         self._metrics = FrameMetrics()
-        self._at_boundary: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._stopping = threading.Event()
         self._error: BaseException | None = None
-        self._capture = threading.Thread(target=self._guarded, args=(self._capture_frames,), name="capture")
+        self._retired: Source | None = None
+        self._beat_s = time.monotonic()
+        self._capture = self._capture_thread(source)
         self._worker = threading.Thread(target=self._guarded, args=(self._work,), name="worker")
 
-    def metrics(self) -> MetricsSnapshot:
-        """Return how fast frames come and are worked on. May be called from any thread."""
-        return self._metrics.snapshot(time.monotonic_ns(), self._slot.dropped)
+    @property
+    def source(self) -> Source:
+        """The source that frames come from."""
+        return self._source
+
+    @property
+    def pipeline(self) -> Pipeline:
+        """The pipeline that frames go through."""
+        return self._pipeline
+
+    @property
+    def outputs(self) -> tuple[Output, ...]:
+        """The outputs that results go to."""
+        return self._outputs
 
     @property
     def stopping(self) -> threading.Event:
         """Set once the daemon is on its way out, asked to or because a thread failed."""
         return self._stopping
 
+    def metrics(self) -> MetricsSnapshot:
+        """Return how fast frames come and are worked on. May be called from any thread."""
+        return self._metrics.snapshot(time.monotonic_ns(), self._slot.dropped)
+
+    def alive(self, within_s: float) -> bool:
+        """Return whether the worker looked up lately, and frames flow or the source knows what it waits for."""
+        flowing = self._metrics.idle_s(time.monotonic_ns()) <= within_s or self._source.waiting is not None
+        return flowing and time.monotonic() - self._beat_s <= within_s
+
     def start(self) -> None:
         """Start the threads."""
         self._worker.start()
         self._capture.start()
 
+    def ask(self, job: Callable[[], None]) -> None:
+        """Have a job done on the worker thread before the next frame."""
+        self._asked.put(job)
+
     def recalibrate(self) -> None:
-        """Learn the surface anew from the next frame on."""
-        self._at_boundary.put(self._pipeline.calibrate)
+        """Learn the surface anew from the next frames without motion."""
+
+        def begin() -> None:
+            self._pipeline.calibrate_patiently()
+
+        self.ask(begin)
+
+    def set_stall(self, stall_ms: float) -> None:
+        """Lift all touches after so long without a frame from now on."""
+        self._stall_s = stall_ms / 1e3
+
+    def change_outputs(self, outputs: Sequence[Output]) -> None:
+        """Send to these outputs from now on: new ones are started, those left out are closed, the rest go on."""
+
+        def change() -> None:
+            before, self._outputs = self._outputs, tuple(outputs)
+            for output in self._outputs:
+                if output not in before:
+                    output.start()
+            for output in before:
+                if output not in self._outputs:
+                    output.close()
+
+        self.ask(change)
+
+    def change_source(self, source: Source, pipeline: Pipeline) -> None:
+        """Take frames from another source, through a pipeline of its own; every touch ends."""
+        self._retired = self._source
+        self._source.close()
+        self._capture.join(_JOIN_S)
+
+        def change() -> None:
+            self._slot.take(0.0)
+            self._publish(self._pipeline.stall(time.monotonic_ns()))
+            self._source, self._pipeline = source, pipeline
+            self._capture = self._capture_thread(source)
+            self._capture.start()
+
+        self.ask(change)
 
     def stop(self) -> BaseException | None:
         """End every touch at every client and stop the threads; return the error that a thread ended with."""
         self._stopping.set()
+        if self._worker.is_alive():
+            self._join(self._worker)
         self._source.close()
-        for thread in (self._capture, self._worker):
-            thread.join(_JOIN_S)
-            if thread.is_alive() and self._error is None:
-                self._error = TouchdError(f"the {thread.name} thread did not stop within {_JOIN_S:.0f} s")
+        if self._capture.is_alive():
+            self._join(self._capture)
         return self._error
+
+    def _join(self, thread: threading.Thread) -> None:
+        thread.join(_JOIN_S)
+        if thread.is_alive() and self._error is None:
+            self._error = TouchdError(f"the {thread.name} thread did not stop within {_JOIN_S:.0f} s")
+
+    def _capture_thread(self, source: Source) -> threading.Thread:
+        return threading.Thread(target=self._guarded, args=(lambda: self._capture_frames(source),), name="capture")
 
     def _guarded(self, job: Callable[[], None]) -> None:
         try:
             job()
         except BaseException as error:  # noqa: BLE001  a thread's failure must end the daemon, with its traceback
             self._error = self._error or error
-        finally:
             self._stopping.set()
 
-    def _capture_frames(self) -> None:
-        for frame in self._source.frames():
-            if self._stopping.is_set():
-                return
+    def _capture_frames(self, source: Source) -> None:
+        for frame in source.frames():
             self._slot.put(frame, time.monotonic_ns())
-        if not self._stopping.is_set():
-            raise SourceError(f"{self._source.name}: the source ended; start touchd again")
+        if source is not self._retired and not self._stopping.is_set():
+            raise SourceError(f"{source.name}: the source ended; start touchd again")
 
     def _work(self) -> None:
         for output in self._outputs:
@@ -134,8 +198,10 @@ class Daemon:
     def _work_on_frames(self) -> None:
         last_t_ns, last_seen_s, stalled = 0, time.monotonic(), False
         while not self._stopping.is_set():
+            self._beat_s = time.monotonic()
+            while not self._asked.empty():
+                self._asked.get()()
             taken = self._slot.take(min(_TICK_S, self._stall_s))
-            self._do_what_was_asked()
             if taken is not None:
                 frame, arrived_ns = taken
                 last_t_ns, last_seen_s, stalled = frame.t_ns, time.monotonic(), False
@@ -149,31 +215,8 @@ class Daemon:
             for output in self._outputs:
                 output.tick(time.monotonic_ns())
 
-    def _do_what_was_asked(self) -> None:
-        while not self._at_boundary.empty():
-            self._at_boundary.get()()
-
     def _publish(self, result: TouchFrame) -> None:
         now_ns = time.monotonic_ns()
         for output in self._outputs:
             output.publish(result, now_ns)
         self._on_frame(result)
-
-
-def wait_for_signals(daemon: Daemon, meanwhile: Callable[[], None]) -> None:
-    """Wait in the main thread until a signal or a failed thread says stop; call ``meanwhile`` a few times a second.
-
-    The signals must be blocked already. SIGTERM and SIGINT return; SIGUSR1 recalibrates.
-    """
-    watched = {signal.SIGTERM, signal.SIGINT, signal.SIGUSR1}
-    while not daemon.stopping.is_set():
-        received = signal.sigtimedwait(watched, _LOOK_S)
-        meanwhile()
-        if received is None:
-            continue
-        if received.si_signo == signal.SIGUSR1:
-            log.info("recalibrating: SIGUSR1")
-            daemon.recalibrate()
-        else:
-            log.info("stopping: %s", signal.Signals(received.si_signo).name)
-            return

@@ -1,5 +1,6 @@
 """How fast the worker is: frames a second, and the time from a frame's arrival to its results being handed over."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -29,6 +30,10 @@ class FrameMetrics:
         """Note a frame by the monotonic times of its arrival and of its results' being handed over."""
         self._frames += 1
         self._recent.append((arrived_ns, done_ns))
+
+    def idle_s(self, now_ns: int) -> float:
+        """Return how long ago the last frame arrived; endless if none ever did."""
+        return (now_ns - self._recent[-1][0]) / 1e9 if self._recent else math.inf
 
     def snapshot(self, now_ns: int, dropped: int, window_ns: int = 10_000_000_000) -> MetricsSnapshot:
         """Return the figures of the frames that arrived in the last ``window_ns``."""

@@ -15,6 +15,7 @@ from touchd.contacts.shell import ShellFinder
 from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
 from touchd.model import AreaCorners, Frame, Mask, Sensor, Shell, State, Surface, TouchFrame
 from touchd.surface.calibrate import Calibration
+from touchd.surface.patient import PatientCalibration, everywhere
 from touchd.surface.quality import SurfaceReport, report
 from touchd.surface.region import flat_area
 from touchd.surface.settings import CalibrationSettings, ShellSettings
@@ -60,6 +61,10 @@ class Ready:
     report: SurfaceReport
     notes: tuple[str, ...]
 
+    def lines(self) -> list[str]:
+        """Return what a user should know about the surface and the area."""
+        return [*self.report.lines(), *self.notes]
+
 
 class Pipeline:
     """Turns frames into touches: ``step`` one frame, ``stall`` when none came, ``calibrate`` to learn the surface anew.
@@ -67,13 +72,14 @@ class Pipeline:
     It begins without a surface: call ``calibrate``, or ``use`` a stored one.
     """
 
-    def __init__(self, sensor: Sensor, settings: PipelineSettings, made_from: str) -> None:
+    def __init__(self, sensor: Sensor, settings: PipelineSettings, made_from: str, first_session_id: int = 1) -> None:
         self._sensor = sensor
         self._settings = settings
         self._made_from = made_from
-        self._calibration: Calibration | None = None
+        self._calibration: Calibration | PatientCalibration | None = None
         self._ready: Ready | None = None
-        self._tracker = Tracker(settings.tracking, (1.0, 1.0))
+        self._why: str | None = None
+        self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
         self._last_index = 0
 
     @property
@@ -87,24 +93,14 @@ class Pipeline:
         return self._made_from
 
     @property
-    def surface(self) -> Surface | None:
-        """The surface in force, None while there is none yet."""
-        return self._ready.surface if self._ready else None
-
-    @property
     def ready(self) -> Ready | None:
         """What frames are looked up in, None while there is no surface yet."""
         return self._ready
 
     @property
-    def report(self) -> SurfaceReport | None:
-        """What the surface in force is worth, None while there is none yet."""
-        return self._ready.report if self._ready else None
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """Sentences about the area in force that a user should read."""
-        return self._ready.notes if self._ready else ()
+    def next_session_id(self) -> int:
+        """The id that the next touch would get."""
+        return self._tracker.next_session_id
 
     def step(self, frame: Frame) -> TouchFrame:
         """Return what one frame shows."""
@@ -116,7 +112,7 @@ class Pipeline:
         blobs = self._ready.finder.find(frame.raw)
         contacts = self._ready.locator.contacts(blobs)
         cursors = self._tracker.step(contacts, frame.t_ns)
-        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors)
+        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, why=self._why)
 
     def stall(self, t_ns: int) -> TouchFrame:
         """End every touch because no frame came for a while."""
@@ -124,26 +120,51 @@ class Pipeline:
         return TouchFrame(self._last_index, t_ns, State.NO_FRAMES, why="no frame came from the source")
 
     def calibrate(self) -> None:
-        """Learn the surface from the next frames; every touch ends."""
+        """Learn the surface from exactly the next frames, whatever they show; every touch ends."""
         self._tracker.end_all()
         self._calibration = Calibration(self._sensor, self._settings.calibration, self._made_from)
 
-    def _calibrate_on(self, calibration: Calibration, frame: Frame) -> TouchFrame:
-        calibration.add(frame.raw)
-        why = f"frame {calibration.frames} of {self._settings.calibration.frames}"
-        if calibration.complete:
-            self._calibration = None
-            self.use(calibration.surface())
-        return TouchFrame(frame.index, frame.t_ns, State.CALIBRATING, why=why)
+    def calibrate_patiently(self) -> None:
+        """Learn the surface from the next frames without motion; every touch ends.
+
+        After ``calibration.give_up_s`` the surface from before is in force again. Without one it goes on trying.
+        """
+        self._tracker.end_all()
+        area = self._settings.area
+        shape = (self._sensor.size[1], self._sensor.size[0])
+        inside = everywhere(self._sensor) if area is None else _inside(area, shape)
+        self._calibration = PatientCalibration(self._sensor, self._settings.calibration, self._made_from, inside)
 
     def use(self, surface: Surface) -> None:
         """Take a surface of this sensor as it is. Live touches go on."""
-        self._ready = _ready_for(surface, self._settings)
-        self._tracker.adopt(self._settings.tracking, self._ready.area.size_mm)
+        self.adopt(self._settings, prepare(surface, self._settings))
+
+    def adopt(self, settings: PipelineSettings, ready: Ready | None) -> None:
+        """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
+        self._settings = settings
+        self._ready = ready
+        self._tracker.adopt(settings.tracking, ready.area.size_mm if ready else (1.0, 1.0))
+
+    def _calibrate_on(self, calibration: Calibration | PatientCalibration, frame: Frame) -> TouchFrame:
+        calibration.take(frame)
+        surface = calibration.surface
+        if surface is not None:
+            self._calibration = self._why = None
+            self.use(surface)
+        elif calibration.gave_up and self._ready is not None:
+            self._calibration = None
+            self._why = f"calibration gave up ({calibration.why}): the surface from before is in force"
+        elif calibration.gave_up:
+            return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why=f"still calibrating: {calibration.why}")
+        return TouchFrame(frame.index, frame.t_ns, State.CALIBRATING, why=calibration.why)
 
 
-def _ready_for(surface: Surface, settings: PipelineSettings) -> Ready:
-    surface_map = map_surface(surface)
+def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = None) -> Ready:
+    """Return everything that is derived from a surface under settings; takes a fraction of a second.
+
+    ``known``: what was made before; what is costly and holds for the same surface is taken from it.
+    """
+    surface_map = known.surface_map if known is not None and known.surface is surface else map_surface(surface)
     shell = shell_over(surface, settings.shell)
     corners, notes = _corners(surface, surface_map, settings)
     measured = measured_size_mm(corners, surface_map)

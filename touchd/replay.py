@@ -1,5 +1,6 @@
 """`touchd replay`: a recording through the core in lock step; every frame, none dropped, the same result each time."""
 
+import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
@@ -8,7 +9,7 @@ from pathlib import Path
 
 import cv2
 
-from touchd.assemble import frames_to_calibrate, make_outputs, pipeline_settings
+from touchd.assemble import OutputMaker, frames_to_calibrate, pipeline_settings
 from touchd.config.schema import Config
 from touchd.formats.recording import Recording, open_recording
 from touchd.model import State, TouchFrame
@@ -45,12 +46,12 @@ def replay_recording(config: Config, options: ReplayOptions, on_touch: Say, on_n
     described = False
     with ExitStack() as open_files:
         events = open_files.enter_context(EventWriter(options.events)) if options.events else None
-        outputs = make_outputs(config, "replay", stored_fseq=0) if options.send else []
+        outputs = OutputMaker(f"replay{os.getpid()}", stored_fseq=0).outputs(config) if options.send else []
         frames = play(recording, pipeline, config.tracking.stall_ms, options.speed)
         for frame in sent(frames, outputs, events):
             if frame.state is State.TRACKING and not described:
                 described = True
-                for line in (*(pipeline.report.lines() if pipeline.report else ()), *pipeline.notes):
+                for line in pipeline.ready.lines() if pipeline.ready else ():
                     on_note(line)
             summary.add(frame)
     if not described:

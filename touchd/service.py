@@ -1,127 +1,226 @@
-"""`touchd run` as a service: opens what the config names, runs the daemon, and keeps its state while it runs."""
+"""`touchd run`: opens what the config names, runs the daemon, reloads, answers to signals and the control socket."""
 
 import logging
 import os
+import queue
+import signal
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import Future
+from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 import cv2
 
-from touchd.assemble import highest_fseq, instance_of, make_outputs, open_source, pipeline_settings
+from touchd.assemble import (
+    OpenedSource,
+    OutputMaker,
+    highest_fseq,
+    instance_of,
+    open_source,
+    pipeline_settings,
+)
+from touchd.config.load import load_config
+from touchd.config.reload import Changes, changes
 from touchd.config.schema import Config
-from touchd.daemon import Daemon, wait_for_signals
-from touchd.errors import StateError
-from touchd.model import State, Surface, TouchFrame
-from touchd.outputs.output import Output
-from touchd.pipeline import MissingArea, Pipeline
-from touchd.state import FSEQ_FILE, SURFACE_FILE, FseqStore, Lock, load_surface, save_surface, state_folder
+from touchd.config.watch import ConfigWatch
+from touchd.daemon import Daemon
+from touchd.errors import TouchdError
+from touchd.keeper import Keeper
+from touchd.notify import Notifier
+from touchd.pipeline import MissingArea, Pipeline, PipelineSettings, prepare
+from touchd.state import Lock, state_folder
+from touchd.watcher import Watcher
 
 log = logging.getLogger(__name__)
 
-# The stored frame number is kept this far ahead of the one in use: about an hour at 30 Hz.
-_FSEQ_AHEAD = 100_000
+T = TypeVar("T")
+SIGNALS = frozenset({signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP})
+_LOOK_S = 0.2
 
 
-class Announcer:
-    """Says each change of state once, in the log."""
+class Service:
+    """One daemon with its config, its state folder, and those who ask things of it.
 
-    def __init__(self, pipeline: Pipeline) -> None:
-        self._pipeline = pipeline
-        self._state: State | None = None
+    Its methods run on the main thread, but for :meth:`on_main_thread`, which others use to have something done there.
+    """
 
-    def __call__(self, frame: TouchFrame) -> None:
-        """Look at a frame; called on the worker thread."""
-        if frame.state is self._state:
-            return
-        why = f" ({frame.why})" if frame.why else ""
-        log.info("state: %s%s", frame.state.value, why)
-        if frame.state is State.TRACKING and self._state in (State.CALIBRATING, None):
-            for line in describe_surface(self._pipeline):
-                log.info("%s", line)
-        self._state = frame.state
+    def __init__(self, config_path: Path | None, folder: Path) -> None:
+        """Open the source and the outputs; nothing runs yet. Raises TouchdError."""
+        self._watch = ConfigWatch(config_path) if config_path else None
+        self._path = config_path
+        self._config = load_config(config_path)
+        self._problem: str | None = None
+        self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._keeper = Keeper(folder)
+        self._watcher = Watcher()
+        self._maker = OutputMaker(instance_of(folder), self._keeper.stored_fseq())
+        self._opened = _open(self._config)
+        self._settings = self._settings_of(self._config)
+        source = self._opened.source
+        self._daemon = Daemon(
+            source,
+            Pipeline(source.sensor, self._settings, source.name),
+            self._maker.outputs(self._config),
+            self._config.tracking.stall_ms,
+            self._watcher,
+        )
 
+    @property
+    def daemon(self) -> Daemon:
+        """What runs."""
+        return self._daemon
 
-def describe_surface(pipeline: Pipeline) -> list[str]:
-    """Return what a user should know about the surface in force."""
-    report = pipeline.report
-    return [*(report.lines() if report else ()), *pipeline.notes]
+    def start(self) -> None:
+        """Begin with the stored surface or a calibration, as ``calibration.on_start`` says, and run."""
+        self._begin_with_surface(self._daemon.pipeline, self._config)
+        self._daemon.start()
 
-
-@dataclass(slots=True)
-class Keeper:
-    """Keeps surface and frame number in the state folder; a folder that cannot be written stops nothing."""
-
-    folder: Path
-    pipeline: Pipeline
-    outputs: list[Output]
-    stored_surface: Surface | None
-    kept_fseq: int = 0
+    def stop(self) -> None:
+        """End every touch and stop. Raises what a thread of the daemon ended with."""
+        error = self._daemon.stop()
+        self._keeper.keep_fseq(highest_fseq(self._daemon.outputs))
+        metrics = self._daemon.metrics()
+        log.info("stopped after %d frames, %d dropped", metrics.frames, metrics.dropped)
+        if error is not None:
+            raise error
 
     def look(self) -> None:
-        """Store what is new. Called on the main thread a few times a second."""
-        surface = self.pipeline.surface
-        if surface is not None and surface is not self.stored_surface:
-            self.stored_surface = surface
-            self._try(lambda: save_surface(self.folder / SURFACE_FILE, surface), "the surface is not kept")
-        if highest_fseq(self.outputs) > self.kept_fseq - _FSEQ_AHEAD // 2:
-            self.keep_fseq(highest_fseq(self.outputs) + _FSEQ_AHEAD)
+        """Do what is due a few times a second: what was asked, edits of the config file, state to keep."""
+        while not self._asked.empty():
+            self._asked.get()()
+        if self._watch is not None and self._watch.changed():
+            self.reload_and_log()
+        self._keeper.look(self._daemon)
 
-    def keep_fseq(self, fseq: int) -> None:
-        """Store a frame number."""
-        self.kept_fseq = fseq
-        self._try(lambda: FseqStore(self.folder / FSEQ_FILE).keep(fseq), "the TUIO frame number is not kept")
+    def on_main_thread(self, job: Callable[[], T]) -> T:
+        """Have a job done by the next :meth:`look` and return its result, from any other thread."""
+        future: Future[T] = Future()
 
-    def _try(self, write: Callable[[], None], otherwise: str) -> None:
+        def do() -> None:
+            try:
+                future.set_result(job())
+            except TouchdError as error:
+                future.set_exception(error)
+
+        self._asked.put(do)
+        return future.result(timeout=10.0)
+
+    def recalibrate(self) -> None:
+        """Learn the surface anew."""
+        self._daemon.recalibrate()
+
+    def reload_and_log(self) -> None:
+        """Reload; a bad config is said and leaves the running one in force."""
         try:
-            write()
-        except StateError as error:
-            log.warning("%s: %s", otherwise, error)
+            log.info("config: %s", self.reload())
+        except TouchdError as error:
+            log.warning("config: not used, the one from before is in force: %s", error)
+
+    def reload(self) -> str:
+        """Put the config file in force as it is now and say what changed.
+
+        Raises TouchdError if it cannot be; the running config stays in force then, and status says why.
+        """
+        try:
+            new = load_config(self._path)
+            what = changes(self._config, new)
+            self._apply(new, what)
+        except TouchdError as error:
+            self._problem = str(error)
+            raise
+        self._problem = None
+        self._config = new
+        return what.sentence()
+
+    def _apply(self, new: Config, what: Changes) -> None:
+        outputs = self._maker.outputs(new)
+        if what.source:
+            self._opened = _open(new)
+            self._settings = self._settings_of(new)
+            self._change_source(new)
+        elif what.live:
+            self._adopt(self._settings_of(new))
+        if outputs != list(self._daemon.outputs):
+            self._daemon.change_outputs(outputs)
+        self._daemon.set_stall(new.tracking.stall_ms)
+
+    def _change_source(self, config: Config) -> None:
+        source = self._opened.source
+        pipeline = Pipeline(source.sensor, self._settings, source.name, self._daemon.pipeline.next_session_id)
+        self._begin_with_surface(pipeline, config)
+        self._daemon.change_source(source, pipeline)
+
+    def _settings_of(self, config: Config) -> PipelineSettings:
+        settings = pipeline_settings(config, self._opened.calibration_frames, MissingArea.FLAT_REGION)
+        return replace(settings, area=settings.area or self._opened.area)
+
+    def _adopt(self, new: PipelineSettings) -> None:
+        """Put settings in force; what takes long is made ready here, the worker only swaps it in."""
+        pipeline, old = self._daemon.pipeline, self._settings
+        known = pipeline.ready
+        same_places = replace(new, tracking=old.tracking, calibration=old.calibration) == old
+        ready = known if known is None or same_places else prepare(known.surface, new, known)
+
+        def swap() -> None:
+            current = pipeline.ready
+            if current is known or current is None:
+                pipeline.adopt(new, ready)
+            else:
+                pipeline.adopt(new, prepare(current.surface, new, current))
+
+        self._settings = new
+        self._daemon.ask(swap)
+
+    def _begin_with_surface(self, pipeline: Pipeline, config: Config) -> None:
+        surface = None if config.calibration.on_start == "always" else self._keeper.stored_surface(pipeline)
+        if surface is not None:
+            pipeline.use(surface)
+        elif config.calibration.on_start != "never":
+            pipeline.calibrate_patiently()
 
 
-def run(config: Config) -> None:
-    """Run until a signal says stop; the signals must be blocked already. Raises TouchdError."""
+def _open(config: Config) -> OpenedSource:
+    opened = open_source(config)
+    for note in opened.notes:
+        log.info("%s: %s", opened.source.name, note)
+    return opened
+
+
+def run(config_path: Path | None) -> None:
+    """Run until a signal says stop; all of ``SIGNALS`` must be blocked already. Raises TouchdError."""
     cv2.setNumThreads(1)
     folder = state_folder(os.environ)
     lock = Lock(folder)
     try:
-        _run_in(folder, config)
+        service = Service(config_path, folder)
+        log.info("source: %s", service.daemon.source.name)
+        service.start()
+        try:
+            _until_stopped(service, Notifier(os.environ))
+        finally:
+            service.stop()
     finally:
         lock.release()
 
 
-def _run_in(folder: Path, config: Config) -> None:
-    opened = open_source(config)
-    for note in opened.notes:
-        log.info("%s: %s", opened.source.name, note)
-    settings = pipeline_settings(config, opened.calibration_frames, MissingArea.FLAT_REGION)
-    pipeline = Pipeline(opened.source.sensor, settings, opened.source.name)
-    _begin_with_surface(folder, config, pipeline)
-    outputs = make_outputs(config, instance_of(folder), FseqStore(folder / FSEQ_FILE).load())
-    keeper = Keeper(folder, pipeline, outputs, pipeline.surface)
-    daemon = Daemon(opened.source, pipeline, outputs, settings.tracking.stall_ms, Announcer(pipeline))
-    log.info("playing %s", opened.source.name)
-    daemon.start()
-    try:
-        wait_for_signals(daemon, keeper.look)
-    finally:
-        error = daemon.stop()
-        keeper.keep_fseq(highest_fseq(outputs))
-        log.info("stopped, %d frames dropped", daemon.metrics().dropped)
-    if error is not None:
-        raise error
-
-
-def _begin_with_surface(folder: Path, config: Config, pipeline: Pipeline) -> None:
-    """Use the stored surface, or begin a calibration, as ``calibration.on_start`` says."""
-    path = folder / SURFACE_FILE
-    if config.calibration.on_start != "always" and path.exists():
-        try:
-            pipeline.use(load_surface(path, pipeline.sensor, pipeline.made_from))
-        except StateError as error:
-            log.warning("%s", error)
+def _until_stopped(service: Service, notifier: Notifier) -> None:
+    """Serve signals: SIGTERM and SIGINT return, SIGUSR1 recalibrates, SIGHUP reloads."""
+    notifier.ready()
+    while not service.daemon.stopping.is_set():
+        received = signal.sigtimedwait(SIGNALS, _LOOK_S)
+        service.look()
+        if received is None:
+            continue
+        name = signal.Signals(received.si_signo).name
+        if received.si_signo == signal.SIGUSR1:
+            log.info("recalibrating: %s", name)
+            service.recalibrate()
+        elif received.si_signo == signal.SIGHUP:
+            notifier.reloading()
+            service.reload_and_log()
+            notifier.ready()
         else:
-            log.info("using the surface in %s", path)
+            log.info("stopping: %s", name)
+            notifier.stopping()
             return
-    if config.calibration.on_start != "never":
-        pipeline.calibrate()

@@ -42,6 +42,11 @@ def state_folder(env: Mapping[str, str]) -> Path:
     return Path(base) / "touchd"
 
 
+def instance_of(state_folder: Path) -> str:
+    """Return a short name that tells this daemon from others on the same host: one daemon has one state folder."""
+    return hashlib.sha256(os.fsencode(state_folder.absolute())).hexdigest()[:4]
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file so that it is there whole or not at all. Raises StateNotKept naming the path and the reason."""
     try:
@@ -82,7 +87,7 @@ def save_surface(path: Path, surface: Surface) -> None:
         "kind": _KIND,
         "version": _VERSION,
         "sha256": hashlib.sha256(payload).hexdigest(),
-        "camera": _identity(surface.sensor),
+        "camera": camera_identity(surface.sensor),
         "frames": surface.frames,
         "made_from": surface.made_from,
     }
@@ -102,7 +107,9 @@ def load_surface(path: Path, sensor: Sensor, made_from: str | None = None) -> Su
     header = _header(path, head)
     if hashlib.sha256(payload).hexdigest() != header.get("sha256"):
         raise StateError(f"{path}: the surface file is damaged (its checksum does not fit); recalibrate")
-    _check_camera(path, header.get("camera"), _identity(sensor))
+    difference = other_camera(header.get("camera"), sensor)
+    if difference is not None:
+        raise StateError(f"{path}: the surface was made with another camera ({difference}); recalibrate")
     if made_from is not None and header.get("made_from") != made_from:
         raise StateError(
             f"{path}: the surface was made from {header.get('made_from')}, not from {made_from}; recalibrate"
@@ -140,16 +147,8 @@ def _header(path: Path, head: bytes) -> dict[str, Any]:
     return header
 
 
-def _check_camera(path: Path, stored: object, present: dict[str, Any]) -> None:
-    if stored == present:
-        return
-    was = stored if isinstance(stored, dict) else {}
-    differing = [f"{key} {was.get(key)} there, {value} here" for key, value in present.items() if was.get(key) != value]
-    raise StateError(f"{path}: the surface was made with another camera ({'; '.join(differing)}); recalibrate")
-
-
-def _identity(sensor: Sensor) -> dict[str, Any]:
-    """Return what must be the same for a surface to fit a camera."""
+def camera_identity(sensor: Sensor) -> dict[str, Any]:
+    """Return what must be the same, as JSON, for a surface or an alignment to fit a camera."""
     table = hashlib.sha256(sensor.to_mm.tobytes()).hexdigest()[:16]
     return {
         "kind": sensor.kind,
@@ -158,6 +157,17 @@ def _identity(sensor: Sensor) -> dict[str, Any]:
         "depth table": table,
         "lens": asdict(sensor.intrinsics),
     }
+
+
+def other_camera(stored: object, sensor: Sensor) -> str | None:
+    """Return in words how a stored :func:`camera_identity` differs from this sensor's, None if it is the same."""
+    present = camera_identity(sensor)
+    if stored == present:
+        return None
+    was = stored if isinstance(stored, dict) else {}
+    return "; ".join(
+        f"{key} {was.get(key)} there, {value} here" for key, value in present.items() if was.get(key) != value
+    )
 
 
 class Lock:

@@ -28,20 +28,24 @@ class HandSource:
     name = "a test"
 
     def __init__(self) -> None:
-        self.waiting: queue.SimpleQueue[Frame | Exception | None] = queue.SimpleQueue()
+        self.given: queue.SimpleQueue[Frame | Exception | None] = queue.SimpleQueue()
 
     @property
     def sensor(self) -> Sensor:
         return SENSOR
 
+    @property
+    def waiting(self) -> str | None:
+        return None
+
     def frames(self) -> Iterator[Frame]:
-        while (item := self.waiting.get()) is not None:
+        while (item := self.given.get()) is not None:
             if isinstance(item, Exception):
                 raise item
             yield item
 
     def close(self) -> None:
-        self.waiting.put(None)
+        self.given.put(None)
 
 
 @dataclass
@@ -71,6 +75,11 @@ class Notes:
     def status(self) -> OutputStatus:
         return OutputStatus("notes", 0, 0, 0, None)
 
+    def wait_for_tick(self) -> None:
+        with self.changed:
+            before = self.calls.count("tick")
+            assert self.changed.wait_for(lambda: self.calls.count("tick") > before, PATIENCE_S)
+
     def wait_for_state(self, state: State) -> TouchFrame:
         with self.changed:
             assert self.changed.wait_for(lambda: any(f.state is state for f in self.frames), PATIENCE_S)
@@ -97,7 +106,7 @@ def daemon(source: HandSource, notes: Notes) -> Iterator[Daemon]:
 
 def test_outputs_are_started_fed_and_closed_in_this_order(daemon: Daemon, source: HandSource, notes: Notes) -> None:
     daemon.start()
-    source.waiting.put(frame(0))
+    source.given.put(frame(0))
     notes.wait_for_state(State.NO_SURFACE)
     assert daemon.stop() is None
     assert notes.calls[0] == "start"
@@ -109,7 +118,7 @@ def test_when_frames_stop_coming_outputs_are_told_once_and_go_on_ticking(
     daemon: Daemon, source: HandSource, notes: Notes
 ) -> None:
     daemon.start()
-    source.waiting.put(frame(0))
+    source.given.put(frame(0))
     stalled = notes.wait_for_state(State.NO_FRAMES)
     assert stalled.why == "no frame came from the source"
     assert stalled.index == 0
@@ -121,7 +130,7 @@ def test_when_frames_stop_coming_outputs_are_told_once_and_go_on_ticking(
 def test_a_source_that_fails_stops_the_daemon_with_its_error(daemon: Daemon, source: HandSource, notes: Notes) -> None:
     failure = SourceError("the cable is out")
     daemon.start()
-    source.waiting.put(failure)
+    source.given.put(failure)
     assert daemon.stopping.wait(PATIENCE_S)
     assert daemon.stop() is failure
     assert notes.calls[-1] == "close"
@@ -129,7 +138,7 @@ def test_a_source_that_fails_stops_the_daemon_with_its_error(daemon: Daemon, sou
 
 def test_a_source_that_ends_by_itself_is_an_error(daemon: Daemon, source: HandSource) -> None:
     daemon.start()
-    source.waiting.put(None)
+    source.given.put(None)
     assert daemon.stopping.wait(PATIENCE_S)
     error = daemon.stop()
     assert str(error) == "a test: the source ended; start touchd again"
@@ -141,7 +150,7 @@ def test_a_bug_on_the_worker_thread_stops_the_daemon_and_still_closes_outputs(so
 
     daemon = Daemon(source, Pipeline(SENSOR, PipelineSettings(), "a test"), [notes], 150.0, fail)
     daemon.start()
-    source.waiting.put(frame(0))
+    source.given.put(frame(0))
     assert daemon.stopping.wait(PATIENCE_S)
     assert isinstance(daemon.stop(), ZeroDivisionError)
     assert notes.calls[-1] == "close"
@@ -149,10 +158,12 @@ def test_a_bug_on_the_worker_thread_stops_the_daemon_and_still_closes_outputs(so
 
 def test_recalibration_begins_at_the_next_frame(daemon: Daemon, source: HandSource, notes: Notes) -> None:
     daemon.start()
-    source.waiting.put(frame(0))
+    source.given.put(frame(0))
     notes.wait_for_state(State.NO_SURFACE)
     daemon.recalibrate()
-    source.waiting.put(frame(1))
+    notes.wait_for_tick()
+    notes.wait_for_tick()
+    source.given.put(frame(1))
     assert notes.wait_for_state(State.CALIBRATING).why == "frame 1 of 300"
 
 

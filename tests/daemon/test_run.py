@@ -1,72 +1,11 @@
-import os
 import signal
-import subprocess
-import sys
-import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from clients.harness import PATIENCE_S, PythonTuio
-
-
-class RunningDaemon:
-    """`touchd run` in a process of its own, whose log can be waited for."""
-
-    def __init__(self, config: Path, state: Path) -> None:
-        self.lines: list[str] = []
-        self._said = threading.Condition()
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "touchd", "run", "--config", config],
-            stderr=subprocess.PIPE,
-            text=True,
-            env={**os.environ, "STATE_DIRECTORY": str(state)},
-        )
-        self._reader = threading.Thread(target=self._read)
-        self._reader.start()
-
-    def _read(self) -> None:
-        assert self.process.stderr is not None
-        for line in self.process.stderr:
-            with self._said:
-                self.lines.append(line.rstrip("\n"))
-                self._said.notify_all()
-
-    def wait_for(self, text: str, times: int = 1) -> None:
-        with self._said:
-            found = self._said.wait_for(lambda: sum(text in line for line in self.lines) >= times, PATIENCE_S)
-        assert found, f"{text!r} was not said {times} times: {self.lines}"
-
-    def end(self, number: signal.Signals) -> int:
-        self.process.send_signal(number)
-        code = self.process.wait(PATIENCE_S)
-        self._reader.join(PATIENCE_S)
-        return code
-
-
-@contextmanager
-def running(config: Path, state: Path) -> Iterator[RunningDaemon]:
-    daemon = RunningDaemon(config, state)
-    try:
-        yield daemon
-    finally:
-        if daemon.process.poll() is None:
-            daemon.process.kill()
-        daemon.process.wait()
-        daemon._reader.join(PATIENCE_S)
-        assert daemon.process.stderr is not None
-        daemon.process.stderr.close()
-
-
-def wait_until(happened: Callable[[], bool]) -> None:
-    for _ in range(round(PATIENCE_S / 0.01)):
-        if happened():
-            return
-        time.sleep(0.01)
-    pytest.fail("it did not happen")
+from daemon.running import running, wait_until
 
 
 @pytest.fixture
@@ -108,9 +47,8 @@ def test_a_recording_plays_over_and_over_and_no_id_comes_twice(
 def test_the_surface_is_kept_and_the_next_start_needs_no_calibration(config: Path, tmp_path: Path) -> None:
     state = tmp_path / "state"
     with running(config, state) as daemon:
-        daemon.wait_for("state: tracking")
+        daemon.wait_for("surface: 821 mm away, tilted 3°")
         assert daemon.end(signal.SIGTERM) == 0
-    assert any(line.startswith("surface: 821 mm away, tilted 3°") for line in daemon.lines)
     with running(config, state) as daemon:
         daemon.wait_for("state: tracking")
         assert daemon.end(signal.SIGTERM) == 0

@@ -21,7 +21,7 @@ def calibrated(frames: NDArray[np.uint16]) -> Surface:
     for raw in frames:
         calibration.add(raw)
     assert calibration.complete
-    return calibration.surface()
+    return calibration.surface_so_far()
 
 
 def naive_dmax(readings: list[int], least: int) -> int:

@@ -22,7 +22,7 @@ def surface_of(values: list[int], sensor: Sensor = SENSOR) -> Surface:
     calibration = Calibration(sensor, CalibrationSettings(frames=len(values)), "a test")
     for value in values:
         calibration.add(picture(value))
-    return calibration.surface()
+    return calibration.surface_so_far()
 
 
 def test_a_value_that_flickers_by_once_is_not_yet_the_surface() -> None:
@@ -62,7 +62,7 @@ def test_a_frame_of_another_size_is_refused_with_both_sizes() -> None:
 
 def test_a_calibration_without_frames_is_refused() -> None:
     with pytest.raises(CalibrationError, match="no frame was seen"):
-        Calibration(SENSOR, CalibrationSettings(), "a test").surface()
+        Calibration(SENSOR, CalibrationSettings(), "a test").surface_so_far()
 
 
 @pytest.mark.parametrize(("raw", "far_mm"), [(628, (14.5, 17.0)), (859, (19.0, 25.0))])

@@ -83,15 +83,15 @@ def test_recalibrating_ends_every_touch(pipeline: Pipeline, touched: list[Frame]
 
 
 def test_a_stored_surface_is_used_as_it_is(pipeline: Pipeline, touched: list[Frame]) -> None:
-    assert pipeline.surface is not None
+    assert pipeline.ready is not None
     other = Pipeline(pipeline.sensor, SETTINGS, "a test")
-    other.use(pipeline.surface)
+    other.use(pipeline.ready.surface)
     assert other.step(touched[0]) == pipeline.step(touched[0])
 
 
 def test_the_report_tells_what_the_surface_is_worth(pipeline: Pipeline) -> None:
-    report = pipeline.report
-    assert report is not None
+    assert pipeline.ready is not None
+    report = pipeline.ready.report
     assert report.coverage > 0.99
     assert report.distance_mm == pytest.approx(800.0, abs=2.0)
     assert report.tilt_deg == pytest.approx(10.0, abs=0.5)
@@ -114,8 +114,8 @@ def test_a_hand_during_calibration_is_a_warning_and_a_mask() -> None:
     pipeline.calibrate()
     for index in range(20):
         pipeline.step(table.render(hands if 6 <= index < 12 else [], index * FRAME_NS, index))
-    report = pipeline.report
-    assert report is not None
+    assert pipeline.ready is not None
+    report = pipeline.ready.report
     assert report.moved > 0.01
     assert any(
         problem.startswith("something moved over") and problem.endswith("recalibrate with nothing above the surface")
@@ -131,8 +131,8 @@ def test_a_covered_camera_is_named_as_such() -> None:
     blind = np.full((480, 640), KINECT_INVALID, np.uint16)
     results = [pipeline.step(Frame(index, index * FRAME_NS, blind)) for index in range(5)]
     assert [r.state for r in results] == [State.CALIBRATING] * 3 + [State.TRACKING] * 2
-    assert pipeline.report is not None
-    assert pipeline.report.problems[0].startswith("no pixel of the area can see a touch; is the camera covered")
+    assert pipeline.ready is not None
+    assert pipeline.ready.report.problems[0].startswith("no pixel of the area can see a touch; is the camera covered")
 
 
 def test_without_an_area_the_whole_picture_is_the_area(empty: list[Frame], touched: list[Frame]) -> None:
@@ -144,7 +144,8 @@ def test_without_an_area_the_whole_picture_is_the_area(empty: list[Frame], touch
     expected = CAMERA.pixels(np.array([(*hand.fingertips[0].at_mm, 0.0) for hand in contact_scene(2, AREA)]))
     expected = expected[np.argsort(expected[:, 0])] / np.array([639.0, 479.0])
     assert [(left.x, left.y), (right.x, right.y)] == [pytest.approx(p, abs=0.012) for p in expected.tolist()]
-    assert pipeline.notes == ()
+    assert pipeline.ready is not None
+    assert pipeline.ready.notes == ()
 
 
 def test_for_a_daemon_without_an_area_the_flat_region_is_guessed_and_said(empty: list[Frame]) -> None:
@@ -153,8 +154,8 @@ def test_for_a_daemon_without_an_area_the_flat_region_is_guessed_and_said(empty:
     pipeline.calibrate()
     for frame in empty:
         pipeline.step(frame)
-    assert pipeline.notes == ("area guessed: run touchd align",)
     assert pipeline.ready is not None
+    assert pipeline.ready.notes == ("area guessed: run touchd align",)
     width_mm, height_mm = pipeline.ready.area.size_mm
     assert width_mm == pytest.approx(640 / 575.8 * 800, rel=0.1)
     assert height_mm == pytest.approx(480 / 575.8 * 800, rel=0.1)
@@ -168,5 +169,6 @@ def test_an_area_size_over_three_percent_off_is_a_note_that_says_both(empty: lis
     pipeline.calibrate()
     for frame in empty:
         pipeline.step(frame)
-    (note,) = pipeline.notes
+    assert pipeline.ready is not None
+    (note,) = pipeline.ready.notes
     assert note.startswith("area.size_mm says 640 x 400 mm but the camera measures 599 x 400 mm, 6% off")

@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+from touchd.table.actors import Actor, Drag, Gesture, Hover, Touch
 from touchd.table.hands import HandPose, open_hand
+from touchd.table.improvise import improvised
 from touchd.table.scene import Area, Place, TableCamera
-from touchd.table.script import Actor, Drag, Gesture, Hover, Moment, Script, Touch, improvised
+from touchd.table.script import Moment, Script
 
 CAMERA = TableCamera(900.0, 10.0)
 AREA = Area((0.0, 0.0), (500.0, 350.0))

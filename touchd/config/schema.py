@@ -54,7 +54,8 @@ class Config(Section):
 
     def calibration_settings(self) -> CalibrationSettings:
         """Return how the surface stage is to learn the empty surface."""
-        return CalibrationSettings(frames=self.calibration.frames, min_share=self.calibration.min_share)
+        given = self.calibration
+        return CalibrationSettings(frames=given.frames, min_share=given.min_share, give_up_s=given.give_up_s)
 
     def shell_settings(self) -> ShellSettings:
         """Return the layer in which the surface stage looks for contacts; None stands for "auto"."""

@@ -25,6 +25,11 @@ class Calibration(Section):
     on_start: Literal["if-missing", "always", "never"] = field(
         "if-missing", "When to calibrate at the start: only where no surface is stored, each time, or never"
     )
+    give_up_s: Annotated[float, Field(ge=1, le=3600)] = field(
+        _CALIBRATION.give_up_s,
+        "How long a running touchd waits for a scene without motion before the surface from before is used again",
+        unit="seconds",
+    )
     min_share: Annotated[float, Field(ge=0, le=0.5)] = field(
         _CALIBRATION.min_share, "Rarer readings of a pixel are taken for noise", unit="share of its readings"
     )

@@ -29,6 +29,11 @@ class RecordingSource:
         """The recording's folder."""
         return str(self._recording.path)
 
+    @property
+    def waiting(self) -> str | None:
+        """None: a recording never keeps anyone waiting."""
+        return None
+
     def frames(self) -> Iterator[Frame]:
         """Yield each frame when it is due. Raises RecordingError if a file was damaged meanwhile."""
         begun_ns = time.monotonic_ns()

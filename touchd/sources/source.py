@@ -17,8 +17,12 @@ class Source(Protocol):
     def name(self) -> str:
         """What to call it in messages."""
 
+    @property
+    def waiting(self) -> str | None:
+        """What the source knowingly waits for, in words; None when frames should flow."""
+
     def frames(self) -> Iterator[Frame]:
-        """Yield frames as they come, waiting for each, until closed. Raises SourceError."""
+        """Yield frames as they come, waiting for each, until closed. Raises SourceError, also if there are no more."""
 
     def close(self) -> None:
         """Make :meth:`frames` end soon. May be called from any thread, more than once."""

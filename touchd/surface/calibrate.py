@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchd.errors import CalibrationError
-from touchd.model import Image16, Sensor, Surface, frozen_array
+from touchd.model import Frame, Image16, Mask, Sensor, Surface, frozen_array
 from touchd.surface.settings import CalibrationSettings
 
 BINS_EACH_SIDE = 10
@@ -50,11 +50,22 @@ class Calibration:
         self._counts = np.zeros((2 * BINS_EACH_SIDE + 1, height, width), np.uint16)
         self._votes = np.zeros((height, width), np.int32)
         self._outside = np.zeros((height, width), np.uint16)
+        self._moving = np.zeros((height, width), np.bool_)
+
+    @property
+    def why(self) -> str:
+        """How far it is."""
+        return f"frame {self._frames} of {self._settings.frames}"
 
     @property
     def frames(self) -> int:
         """How many frames were added so far."""
         return self._frames
+
+    @property
+    def moving(self) -> Mask:
+        """The pixels (H, W) whose reading in the last frame lay outside their histogram."""
+        return self._moving
 
     @property
     def complete(self) -> bool:
@@ -80,6 +91,7 @@ class Calibration:
         self._votes += inside
         self._votes -= outside
         self._outside += outside
+        self._moving = outside
         self._restart(self._votes < 0, raw, bins)
         bins[~readable] = BINS_EACH_SIDE + 1
         for index, counts in enumerate(self._counts):
@@ -99,7 +111,21 @@ class Calibration:
         self._votes[outvoted] = 1
         bins[outvoted] = 0
 
-    def surface(self) -> Surface:
+    @property
+    def surface(self) -> Surface | None:
+        """The surface, once all frames were added."""
+        return self.surface_so_far() if self.complete else None
+
+    @property
+    def gave_up(self) -> bool:
+        """Never: it takes the frames as they come."""
+        return False
+
+    def take(self, frame: Frame) -> None:
+        """Count one frame. Raises CalibrationError for a picture of another size."""
+        self.add(frame.raw)
+
+    def surface_so_far(self) -> Surface:
         """Return the surface as the frames so far show it. Raises CalibrationError if there were none."""
         if self._frames == 0:
             raise CalibrationError("calibration: no frame was seen; check the source")

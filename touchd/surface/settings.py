@@ -8,11 +8,13 @@ class CalibrationSettings:
     """How the empty surface is learned.
 
     ``frames``: how many depth frames go into the histogram. ``min_share``: a histogram bin counts once it holds
-    more than this share of a pixel's readings (the paper's "small threshold").
+    more than this share of a pixel's readings (the paper's "small threshold"). ``give_up_s``: for how long a
+    daemon waits for a scene without motion; a replay does not wait.
     """
 
     frames: int = 300
     min_share: float = 0.01
+    give_up_s: float = 60.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Posed hands as capsules: one that points with its index finger, and one that puts down all five fingertips.
+"""Posed hands as capsules: pointing with the index finger, pinching with it and the thumb, or all five tips down.
 
 Lengths are those of an adult's hand (breadth about 85 mm, index finger 92 mm from knuckle to tip), to be
 scaled; a pressed fingertip is 13 mm thick. Joints are given as (forward, right, up) in mm from the touch
@@ -33,9 +33,10 @@ _SHOULDER_MM = (-900.0, 60.0, 230.0)
 class HandPose:
     """Where a hand is and how it is held.
 
-    ``at_mm`` is the touch point: of the index finger, or of the middle finger when all five are down.
-    ``heading_deg`` says where the fingers point: 0 up the picture, 90 to the right. ``pitch_deg`` is the
-    index finger's angle to the table.
+    ``at_mm`` is the touch point: of the index finger, of the middle finger when all five are down, or the middle
+    between index finger and thumb when they pinch. ``heading_deg`` says where the fingers point: 0 up the picture,
+    90 to the right. ``pitch_deg`` is a pointing finger's angle to the table, ``spread_mm`` the distance between
+    the tips of a pinching hand.
     """
 
     at_mm: Place
@@ -44,6 +45,7 @@ class HandPose:
     pitch_deg: float = 35.0
     scale: float = 1.0
     left: bool = False
+    spread_mm: float = 60.0
 
     def place(self, joint_mm: Point) -> Point:
         """Return a joint (forward, right, up) from the touch point in table coordinates."""
@@ -75,9 +77,7 @@ def pointing_hand(pose: HandPose) -> Hand:
     solids = pose.limb(index, _INDEX_RADII_MM)
     for start, end in zip(wrists, (knuckle, _add(knuckle, (2.0, 29.0, -1.0)), knuckles[2]), strict=True):
         solids += pose.limb((start, end), (15.0, 11.0))
-    for joint in knuckles:
-        bent = _above(_add(joint, (21.0, 0.0, -26.0)), 8.5)
-        solids += pose.limb((joint, bent, _above(_add(bent, (-26.0, -1.0, -10.0)), 7.0)), (10.0, 8.5, 7.0))
+    solids += [bone for joint in knuckles for bone in _curled(pose, joint)]
     thumb = [_above(_add(knuckle, offset), 13.0) for offset in ((-62.0, 2.0, -6.0), (-30.0, -17.0, -14.0))]
     thumb.append(_above(_add(knuckle, (2.0, -9.0, -20.0)), 8.0))
     solids += pose.limb(thumb, (13.0, 10.5, 8.0))
@@ -108,6 +108,44 @@ def open_hand(pose: HandPose) -> Hand:
         tips.append(Fingertip((x_mm, y_mm), pose.clearance_mm))
     solids += _arm(pose, _OPEN_WRIST_MM)
     return Hand(tuple(solids), tuple(tips))
+
+
+_PINCH_WAY = (0.88, 0.475)  # where the index finger's tip lies from the thumb's, forward and right
+_PINCH_KNUCKLES_MM = ((-41.0, 22.0, 56.0), (-44.0, 42.0, 58.0), (-48.0, 62.0, 55.0), (-56.0, 79.0, 50.0))
+_PINCH_FOLLOWS = 0.35  # the share of the index finger's way that its knuckle goes along
+_PINCH_THUMB_MM = (-92.0, 24.0, 46.0)
+_PINCH_WRIST_MM = (-120.0, 52.0, 58.0)
+_PINCH_REST_MM = 60.0  # the spread at which the index finger's knuckle is where it says
+
+
+def pinching_hand(pose: HandPose) -> Hand:
+    """Return a hand with index finger and thumb down, the others curled; the pose's pitch plays no part."""
+    forward, right = (0.5 * pose.spread_mm * way for way in _PINCH_WAY)
+    more = 0.5 * (pose.spread_mm - _PINCH_REST_MM) * _PINCH_FOLLOWS
+    index = (forward, right, TIP_RADIUS_MM)
+    thumb = (-forward, -right, TIP_RADIUS_MM)
+    first, *others = _PINCH_KNUCKLES_MM
+    knuckle = _add(first, (more * _PINCH_WAY[0], more * _PINCH_WAY[1], 0.0))
+    solids = pose.limb((index, _arched(index, knuckle, 47.0), knuckle), (TIP_RADIUS_MM, 8.0, 10.0))
+    solids += pose.limb((thumb, _arched(thumb, _PINCH_THUMB_MM, 33.0), _PINCH_THUMB_MM), (TIP_RADIUS_MM, 9.5, 12.0))
+    solids += pose.limb((_PINCH_THUMB_MM, _PINCH_WRIST_MM), (13.0, 16.0))
+    for joint in (knuckle, *others):
+        solids += pose.limb((joint, _PINCH_WRIST_MM), (11.0, 16.0))
+    solids += [bone for joint in others for bone in _curled(pose, joint)]
+    solids += _arm(pose, _PINCH_WRIST_MM)
+    tips = [pose.place(tip) for tip in (index, thumb)]
+    return Hand(tuple(solids), tuple(Fingertip((x_mm, y_mm), pose.clearance_mm) for x_mm, y_mm, _ in tips))
+
+
+def _arched(tip: Point, base: Point, height_mm: float) -> Point:
+    """Return a finger's middle joint, at a height over the table."""
+    return (0.5 * (tip[0] + base[0]), 0.5 * (tip[1] + base[1]), height_mm)
+
+
+def _curled(pose: HandPose, knuckle: Point) -> list[Capsule]:
+    """Return a finger that is bent back under its knuckle."""
+    bent = _above(_add(knuckle, (21.0, 0.0, -26.0)), 8.5)
+    return pose.limb((knuckle, bent, _above(_add(bent, (-26.0, -1.0, -10.0)), 7.0)), (10.0, 8.5, 7.0))
 
 
 def _index_joints(pitch_deg: float) -> list[Point]:

@@ -35,14 +35,14 @@ class Track:
 
 
 class Tracker:
-    """Follows contacts. Session ids count up from 1 and are never used again."""
+    """Follows contacts. Session ids count up, from 1 unless another tracker went before, and are never used again."""
 
-    def __init__(self, settings: TrackingSettings, area_mm: tuple[float, float]) -> None:
+    def __init__(self, settings: TrackingSettings, area_mm: tuple[float, float], first_session_id: int = 1) -> None:
         """``area_mm``: the area's width and height, which mm are turned into TUIO's axes by."""
         self._settings = settings
         self._area_mm = area_mm
         self._tracks: list[Track] = []
-        self._next_id = 1
+        self._next_id = first_session_id
         self._now_ns = 0
 
     def step(self, contacts: Sequence[Contact], t_ns: int) -> tuple[Cursor, ...]:
@@ -58,6 +58,11 @@ class Tracker:
         self._tracks += [self._begin(contact, t_ns) for contact in fresh]
         self._now_ns = t_ns
         return tuple(track.cursor for track in self._tracks)
+
+    @property
+    def next_session_id(self) -> int:
+        """The id that the next touch will get."""
+        return self._next_id
 
     def end_all(self) -> None:
         """End every touch; later ones get new ids."""

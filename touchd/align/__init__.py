@@ -1,0 +1,1 @@
+"""Finding the active area by touching its corners."""

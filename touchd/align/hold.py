@@ -1,0 +1,103 @@
+"""Telling a finger that is held still from one that passes by."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+from enum import StrEnum
+
+from touchd.model import State, TouchFrame
+
+
+class Phase(StrEnum):
+    """What is waited for at a point; the words are part of the control protocol."""
+
+    TOUCH = "touch"
+    HOLD = "hold"
+    LIFT = "lift"
+    DONE = "done"
+
+
+@dataclass(frozen=True, slots=True)
+class HoldStep:
+    """What one frame brought.
+
+    ``position`` is given once, in the frame in which the hold is complete: the touch's mean place meanwhile, in the
+    coordinates of the frames' cursors. DONE is given once too, when the finger has gone.
+    """
+
+    phase: Phase
+    share: float  # of the time that a touch must be held
+    position: tuple[float, float] | None = None
+    why: str | None = None  # what keeps a hold from counting, a sentence for people
+
+
+class HoldDetector:
+    """Waits for exactly one touch that holds still, then for the lifted finger, and then begins anew.
+
+    Still means: every place of the last ``hold_s`` lies within ``still_mm`` of their mean. A touch that moves
+    counts from where it came to rest. Time is the frames'.
+    """
+
+    def __init__(
+        self, size_mm: tuple[float, float], hold_s: float = 0.8, still_mm: float = 2.0, lift_s: float = 0.2
+    ) -> None:
+        """``size_mm``: the width and height that the cursors' 0..1 stand for."""
+        self._size_mm = size_mm
+        self._hold_ns = round(hold_s * 1e9)
+        self._lift_ns = round(lift_s * 1e9)
+        self._still_mm = still_mm
+        self._places: deque[tuple[int, float, float]] = deque()
+        self._held = False
+        self._empty_since_ns: int | None = None
+
+    def feed(self, frame: TouchFrame) -> HoldStep:
+        """Take in the next frame."""
+        if self._held:
+            return self._await_lift(frame)
+        if frame.state is not State.TRACKING or len(frame.cursors) != 1:
+            self._places.clear()
+            return HoldStep(Phase.TOUCH, 0.0, why=_obstacle(frame))
+        touch = frame.cursors[0]
+        self._places.append((frame.t_ns, touch.x, touch.y))
+        self._forget_motion()
+        share = min(1.0, (frame.t_ns - self._places[0][0]) / self._hold_ns)
+        if share < 1.0:
+            return HoldStep(Phase.HOLD, share)
+        position = self._mean()
+        self._held, self._empty_since_ns = True, None
+        self._places.clear()
+        return HoldStep(Phase.LIFT, 1.0, position)
+
+    def _await_lift(self, frame: TouchFrame) -> HoldStep:
+        if frame.state is not State.TRACKING or frame.cursors:
+            self._empty_since_ns = None
+            return HoldStep(Phase.LIFT, 1.0)
+        if self._empty_since_ns is None:
+            self._empty_since_ns = frame.t_ns
+        if frame.t_ns - self._empty_since_ns < self._lift_ns:
+            return HoldStep(Phase.LIFT, 1.0)
+        self._held = False
+        return HoldStep(Phase.DONE, 1.0)
+
+    def _forget_motion(self) -> None:
+        while not self._all_near(self._mean()):
+            self._places.popleft()
+
+    def _mean(self) -> tuple[float, float]:
+        count = len(self._places)
+        return math.fsum(x for _, x, _ in self._places) / count, math.fsum(y for _, _, y in self._places) / count
+
+    def _all_near(self, mean: tuple[float, float]) -> bool:
+        width_mm, height_mm = self._size_mm
+        return all(
+            math.hypot((x - mean[0]) * width_mm, (y - mean[1]) * height_mm) <= self._still_mm
+            for _, x, y in self._places
+        )
+
+
+def _obstacle(frame: TouchFrame) -> str | None:
+    if frame.state is not State.TRACKING:
+        return frame.why or f"touchd is {frame.state.value}"
+    if len(frame.cursors) > 1:
+        return f"{len(frame.cursors)} touches are seen: use one finger"
+    return None

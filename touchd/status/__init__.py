@@ -1,0 +1,1 @@
+"""How the daemon fares, told to people, to programs and to monitoring."""
