@@ -1,21 +1,32 @@
-# make test: everything that a change must pass, from a bare checkout. Needs python3 (3.11 or later), python3-venv, make.
+# make demo: see it work. make test: everything that a change must pass. Both set themselves up in .venv, from a bare
+# checkout; they need python3 (3.11 or later), python3-venv and make.
 PYTHON ?= python3
 VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
+TESTS  := $(VENV)/.tests
+PIP    := $(BIN)/pip install --quiet --disable-pip-version-check
 
-.PHONY: test check pytest bench config clean
+.PHONY: demo test check pytest test-vm bench config install uninstall clean
+
+# More options: make demo DEMO="--scenario pinch --to 192.168.0.7:3333"
+demo: $(STAMP)
+	@$(BIN)/touchd demo $(DEMO)
 
 test: check pytest
 
-check: $(STAMP)
+check: $(TESTS)
 	$(BIN)/ruff check touchd tests
 	$(BIN)/ruff format --check touchd tests
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-pytest: $(STAMP)
+pytest: $(TESTS)
 	$(BIN)/python -m pytest
+
+# The service in a Debian of its own, as root. Its file is not collected by a plain pytest run: it takes a minute or two.
+test-vm: $(TESTS)
+	$(BIN)/python -m pytest tests/vm/check_systemd.py
 
 bench: $(STAMP)
 	$(BIN)/touchd bench
@@ -24,6 +35,15 @@ bench: $(STAMP)
 config: $(STAMP)
 	$(BIN)/python -m touchd.config.document config
 
+# As root. Both take PREFIX (/opt/touchd) and DESTDIR, install takes PYTHON (/usr/bin/python3 unless it is given).
+install uninstall: export PYTHON := $(if $(filter file,$(origin PYTHON)),/usr/bin/python3,$(PYTHON))
+install uninstall: export PREFIX := $(or $(PREFIX),/opt/touchd)
+install uninstall: export DESTDIR := $(DESTDIR)
+install:
+	@systemd/install.sh
+uninstall:
+	@systemd/uninstall.sh
+
 $(STAMP): pyproject.toml
 	@command -v $(PYTHON) >/dev/null || { echo "make: $(PYTHON) is missing: apt-get install python3 python3-venv" >&2; exit 1; }
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
@@ -31,7 +51,11 @@ $(STAMP): pyproject.toml
 	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
 	  echo "make: this Python cannot make virtual environments: apt-get install python3-venv" >&2; exit 1; }
 	$(PYTHON) -m venv --clear $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --editable '.[test]'
+	$(PIP) --editable .
+	@touch $@
+
+$(TESTS): $(STAMP)
+	$(PIP) --editable '.[test]'
 	@touch $@
 
 clean:

@@ -103,15 +103,13 @@ class OutputMaker:
 
         Raises ConfigError if two of them are the same, OutputError if one cannot be made.
         """
+        keys = [key for item in config.outputs for key in _keys(item)]
+        for index, key in enumerate(keys):
+            if any(key[:2] == other[:2] for other in keys[:index]):
+                raise ConfigError(f"outputs: {key[1]} is named twice; name each destination once")
         self._fseq = max(self._fseq, highest_fseq(list(self._made.values())))
-        made: dict[tuple[object, ...], Output] = {}
-        for item in config.outputs:
-            for key in _keys(item):
-                if any(key[:2] == other[:2] for other in made):
-                    raise ConfigError(f"outputs: {key[1]} is named twice; name each destination once")
-                made[key] = self._made.get(key) or self._make(key)
-        self._made = made
-        return list(made.values())
+        self._made = {key: self._made.get(key) or self._make(key) for key in keys}
+        return list(self._made.values())
 
     def _make(self, key: tuple[object, ...]) -> Output:
         if key[0] == "events":

@@ -6,8 +6,8 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 
-# systemd ignores datagrams over 4096 bytes whole.
-_MAX_BYTES = 2000
+# systemd ignores a datagram of more than 4096 bytes, and a character may take six here.
+_MAX_STATUS = 600
 
 
 class Notifier:
@@ -46,7 +46,7 @@ class Notifier:
 
     def status(self, text: str) -> None:
         """Say in words, as one line, what the service does; what was said last is not said again."""
-        line = " ".join(text.split())
+        line = " ".join(text.replace("\0", " ").split())[:_MAX_STATUS]
         if line != self._status and self._tell(f"STATUS={line}"):
             self._status = line
 
@@ -54,7 +54,7 @@ class Notifier:
         if self._address is None:
             return False
         with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK) as opened:
-            opened.sendto(text.encode(errors="backslashreplace")[:_MAX_BYTES], self._address)
+            opened.sendto(text.encode(errors="backslashreplace"), self._address)
             return True
         return False
 

@@ -25,12 +25,12 @@ from touchd.config.reload import Changes, changes
 from touchd.config.schema import Config
 from touchd.config.watch import ConfigWatch
 from touchd.daemon import Daemon
-from touchd.errors import TouchdError
+from touchd.errors import StateNotKept, TouchdError
 from touchd.keeper import Keeper
 from touchd.notify import Notifier
 from touchd.pipeline import MissingArea, Pipeline, PipelineSettings, prepare
 from touchd.state import Lock, state_folder
-from touchd.watcher import Watcher
+from touchd.watcher import Complaints, Watcher
 
 log = logging.getLogger(__name__)
 
@@ -54,6 +54,7 @@ class Service:
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._keeper = Keeper(folder)
         self._watcher = Watcher()
+        self._complaints = Complaints()
         self._maker = OutputMaker(instance_of(folder), self._keeper.stored_fseq())
         self._opened = _open(self._config)
         self._settings = self._settings_of(self._config)
@@ -70,6 +71,16 @@ class Service:
     def daemon(self) -> Daemon:
         """What runs."""
         return self._daemon
+
+    @property
+    def config(self) -> Config:
+        """The config in force."""
+        return self._config
+
+    @property
+    def problem(self) -> str | None:
+        """Why the config file as it is now was not used; None if it is in force."""
+        return self._problem
 
     def start(self) -> None:
         """Begin with the stored surface or a calibration, as ``calibration.on_start`` says, and run."""
@@ -92,6 +103,7 @@ class Service:
         if self._watch is not None and self._watch.changed():
             self.reload_and_log()
         self._keeper.look(self._daemon)
+        self._complaints.look(self._daemon.outputs)
 
     def on_main_thread(self, job: Callable[[], T]) -> T:
         """Have a job done by the next :meth:`look` and return its result, from any other thread."""
@@ -134,9 +146,16 @@ class Service:
         return what.sentence()
 
     def _apply(self, new: Config, what: Changes) -> None:
-        outputs = self._maker.outputs(new)
+        # What can fail comes first, so that a config is in force as a whole or not at all.
+        opened = _open(new) if what.source else self._opened
+        try:
+            outputs = self._maker.outputs(new)
+        except TouchdError:
+            if opened is not self._opened:
+                opened.source.close()
+            raise
         if what.source:
-            self._opened = _open(new)
+            self._opened = opened
             self._settings = self._settings_of(new)
             self._change_source(new)
         elif what.live:
@@ -191,7 +210,7 @@ def run(config_path: Path | None) -> None:
     """Run until a signal says stop; all of ``SIGNALS`` must be blocked already. Raises TouchdError."""
     cv2.setNumThreads(1)
     folder = state_folder(os.environ)
-    lock = Lock(folder)
+    lock = _lock(folder)
     try:
         service = Service(config_path, folder)
         log.info("source: %s", service.daemon.source.name)
@@ -201,7 +220,17 @@ def run(config_path: Path | None) -> None:
         finally:
             service.stop()
     finally:
-        lock.release()
+        if lock is not None:
+            lock.release()
+
+
+def _lock(folder: Path) -> Lock | None:
+    """Take the state folder for this daemon alone; None where it cannot be written to, which stops no touch."""
+    try:
+        return Lock(folder)
+    except StateNotKept as error:
+        log.warning("running without a state folder, so the surface is learned at each start: %s", error)
+        return None
 
 
 def _until_stopped(service: Service, notifier: Notifier) -> None:

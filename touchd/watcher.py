@@ -2,9 +2,11 @@
 
 import logging
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from touchd.model import State, TouchFrame
+from touchd.outputs.output import Output
 
 log = logging.getLogger(__name__)
 
@@ -44,3 +46,21 @@ class Watcher:
             since_s = time.time()
             log.info("state: %s%s", frame.state.value, f" ({frame.why})" if frame.why else "")
         self._seen = Seen(frame.state, since_s, frame.why, len(frame.cursors), before.touches + fresh)
+
+
+class Complaints:
+    """Says in the log what outputs complain of, each at a limited rate."""
+
+    EVERY_S = 30.0
+
+    def __init__(self) -> None:
+        self._said: dict[str, tuple[int, float]] = {}
+
+    def look(self, outputs: Sequence[Output]) -> None:
+        """Look at the outputs' counters. Called on the main thread a few times a second."""
+        now_s = time.monotonic()
+        for status in (output.status() for output in outputs):
+            failed, said_s = self._said.get(status.name, (0, -self.EVERY_S))
+            if status.failed > failed and now_s - said_s >= self.EVERY_S:
+                self._said[status.name] = (status.failed, now_s)
+                log.warning("%s: %d failed so far: %s", status.name, status.failed, status.last_error)

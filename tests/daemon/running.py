@@ -6,23 +6,32 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
-from clients.harness import PATIENCE_S
+from clients.harness import PATIENCE_S as PATIENCE_S
+
+
+TOUCHD = (sys.executable, "-m", "touchd")
+# May read everything, as the Python of a root's home is not everyone's to read, and write nothing.
+AS_NOBODY = (
+    *("setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"),
+    *("--inh-caps=-all,+dac_read_search", "--ambient-caps=-all,+dac_read_search"),
+    *TOUCHD,
+)
 
 
 class RunningDaemon:
     """`touchd run` in a process of its own, whose log can be waited for."""
 
-    def __init__(self, config: Path, state: Path) -> None:
+    def __init__(self, config: Path, state: Path, touchd: Sequence[str]) -> None:
         self.lines: list[str] = []
         self._said = threading.Condition()
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "touchd", "run", "--config", config],
+            [*touchd, "run", "--config", config],
             stderr=subprocess.PIPE,
             text=True,
             env={**os.environ, "STATE_DIRECTORY": str(state)},
@@ -50,8 +59,8 @@ class RunningDaemon:
 
 
 @contextmanager
-def running(config: Path, state: Path) -> Iterator[RunningDaemon]:
-    daemon = RunningDaemon(config, state)
+def running(config: Path, state: Path, touchd: Sequence[str] = TOUCHD) -> Iterator[RunningDaemon]:
+    daemon = RunningDaemon(config, state, touchd)
     try:
         yield daemon
     finally:

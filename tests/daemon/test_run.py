@@ -85,13 +85,6 @@ def test_a_second_daemon_on_the_same_state_folder_is_exit_code_75(config: Path, 
         assert first.end(signal.SIGTERM) == 0
 
 
-def test_a_state_folder_that_cannot_be_written_is_one_sentence(config: Path, tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
-    with running(config, tmp_path / "file" / "state") as daemon:
-        assert daemon.process.wait(PATIENCE_S) == 73
-        daemon.wait_for("cannot be written: Not a directory; check the folder's owner and free space")
-
-
 def test_a_source_that_is_not_built_yet_is_exit_code_69(tmp_path: Path) -> None:
     (tmp_path / "touchd.yaml").write_text("source: {kind: realsense}\n")
     with running(tmp_path / "touchd.yaml", tmp_path / "state") as daemon:

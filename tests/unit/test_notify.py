@@ -77,17 +77,17 @@ def test_a_status_is_told_when_it_changed_and_not_again(manager: Manager, env: d
 
 
 def test_a_status_is_one_line_that_can_smuggle_nothing_in(manager: Manager, env: dict[str, str]) -> None:
-    Notifier(env).status("line one\nREADY=1\r\n  line three\n")
+    Notifier(env).status("line one\nREADY=1\r\n  line\0three\n")
     assert manager.told() == ["STATUS=line one READY=1 line three"]
 
 
 def test_an_odd_or_endless_status_is_told_as_far_as_the_protocol_allows(manager: Manager, env: dict[str, str]) -> None:
     notifier = Notifier(env)
     notifier.status("cannot read /srv/\udcff")
-    notifier.status("long " * 10_000)
+    notifier.status("\udcff°" * 10_000)
     odd, long = manager.told()
     assert odd == "STATUS=cannot read /srv/\\udcff"
-    assert 1000 < len(long) < 4096
+    assert 1000 < len(long.encode()) < 4096
 
 
 def test_a_socket_in_the_abstract_namespace_is_reached_by_its_at_sign() -> None:

@@ -7,6 +7,8 @@ from enum import StrEnum
 
 from touchd.model import State, TouchFrame
 
+_JITTER = 4.0
+
 
 class Phase(StrEnum):
     """What is waited for at a point; the words are part of the control protocol."""
@@ -34,7 +36,9 @@ class HoldStep:
 class HoldDetector:
     """Waits for exactly one touch that holds still, then for the lifted finger, and then begins anew.
 
-    Still means: every place of the last ``hold_s`` lies within ``still_mm`` of their mean. A touch that moves
+    Still means: of the places in the last ``hold_s`` the mean of the first half and that of the second lie within
+    ``still_mm``, and none is farther than ``_JITTER`` times that from the mean of all. So a camera's noise, which at
+    1.5 m moves a resting finger by several mm, does not count as motion, but a slow slide does. A touch that moves
     counts from where it came to rest. Time is the frames'.
     """
 
@@ -59,11 +63,15 @@ class HoldDetector:
             return HoldStep(Phase.TOUCH, 0.0, why=_obstacle(frame))
         touch = frame.cursors[0]
         self._places.append((frame.t_ns, touch.x, touch.y))
-        self._forget_motion()
-        share = min(1.0, (frame.t_ns - self._places[0][0]) / self._hold_ns)
+        while self._spread_mm() > _JITTER * self._still_mm:
+            self._places.popleft()
+        share = (frame.t_ns - self._places[0][0]) / self._hold_ns
+        if share >= 1.0 and self._slid_mm() > self._still_mm:
+            self._places.popleft()
+            share = 0.99
         if share < 1.0:
             return HoldStep(Phase.HOLD, share)
-        position = self._mean()
+        position = _mean(tuple(self._places))
         self._held, self._empty_since_ns = True, None
         self._places.clear()
         return HoldStep(Phase.LIFT, 1.0, position)
@@ -79,25 +87,27 @@ class HoldDetector:
         self._held = False
         return HoldStep(Phase.DONE, 1.0)
 
-    def _forget_motion(self) -> None:
-        while not self._all_near(self._mean()):
-            self._places.popleft()
+    def _spread_mm(self) -> float:
+        mean = _mean(tuple(self._places))
+        return max(self._apart_mm(mean, (x, y)) for _, x, y in self._places)
 
-    def _mean(self) -> tuple[float, float]:
-        count = len(self._places)
-        return math.fsum(x for _, x, _ in self._places) / count, math.fsum(y for _, _, y in self._places) / count
+    def _slid_mm(self) -> float:
+        places = tuple(self._places)
+        half = len(places) // 2
+        return self._apart_mm(_mean(places[:half]), _mean(places[half:])) if half else 0.0
 
-    def _all_near(self, mean: tuple[float, float]) -> bool:
+    def _apart_mm(self, a: tuple[float, float], b: tuple[float, float]) -> float:
         width_mm, height_mm = self._size_mm
-        return all(
-            math.hypot((x - mean[0]) * width_mm, (y - mean[1]) * height_mm) <= self._still_mm
-            for _, x, y in self._places
-        )
+        return math.hypot((a[0] - b[0]) * width_mm, (a[1] - b[1]) * height_mm)
+
+
+def _mean(places: tuple[tuple[int, float, float], ...]) -> tuple[float, float]:
+    return math.fsum(x for _, x, _ in places) / len(places), math.fsum(y for _, _, y in places) / len(places)
 
 
 def _obstacle(frame: TouchFrame) -> str | None:
     if frame.state is not State.TRACKING:
         return frame.why or f"touchd is {frame.state.value}"
     if len(frame.cursors) > 1:
-        return f"{len(frame.cursors)} touches are seen: use one finger"
+        return f"{len(frame.cursors)} touches are seen: use one finger, steeply, with the rest of the hand high"
     return None

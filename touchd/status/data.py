@@ -209,4 +209,7 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if isinstance(value, StrEnum):
         return value.value
+    if isinstance(value, str):
+        # A path may hold bytes that are no UTF-8; Python keeps them as surrogates, which JSON readers refuse.
+        return value.encode("utf-8", "backslashreplace").decode("utf-8")
     return _known(value) if isinstance(value, float) else value

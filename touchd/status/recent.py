@@ -7,7 +7,7 @@ class RecentRise:
     """Remembers counters by name for a while. Times are of any steady clock; give them in order."""
 
     def __init__(self, window_s: float = 60.0, samples: int = 60) -> None:
-        """``samples``: into how many steps the window is divided."""
+        """Divide the window into ``samples`` steps."""
         self._window_s = window_s
         self._step_s = window_s / samples
         self._seen: dict[str, deque[tuple[float, int]]] = {}

@@ -1,6 +1,6 @@
 """The status in words: for people, for one line, and as a verdict."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 from touchd.align.alignment import AreaOrigin
 from touchd.model import State
@@ -178,9 +178,10 @@ def _output_lines(output: OutputFacts) -> list[str]:
     several = [one for one in output.destinations if one.last_error is not None]
     if not several and output.last_error is not None:
         lines.append(f"  last error: {_one_line(output.last_error)}")
-    for one in several:
-        lines.append(f"  {one.destination}: {_grouped(one.failed)} failed, last: {_one_line(one.last_error or '')}")
-    return lines
+    return lines + [
+        f"  {one.destination}: {_grouped(one.failed)} failed; last error: {_one_line(one.last_error or '')}"
+        for one in several
+    ]
 
 
 def _config_lines(status: Status) -> list[str]:

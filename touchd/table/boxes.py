@@ -23,11 +23,6 @@ class Box:
         """The box as an index of a picture."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
-    @property
-    def corners(self) -> tuple[list[list[int]], list[int]]:
-        """The four pixels in the corners as an index of a picture."""
-        return [[self.top], [self.bottom - 1]], [self.left, self.right - 1]
-
     def grown(self, left: int, around: int, size: tuple[int, int]) -> "Box":
         """Return a box wider by ``left`` on the left, by ``around`` on all sides, cut to the picture."""
         return Box(

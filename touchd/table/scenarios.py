@@ -111,11 +111,11 @@ def _strokes_of_one_hand(outer: float, rng: np.random.Generator) -> tuple[Gestur
 
 
 def _ten(rng: np.random.Generator) -> list[Actor]:
-    left = HandPose((0.0, 0.0), heading_deg=12.0 + float(rng.uniform(-3.0, 3.0)), scale=0.95, left=True)
-    right = HandPose((0.0, 0.0), heading_deg=-12.0 + float(rng.uniform(-3.0, 3.0)), scale=0.95)
+    left = HandPose((0.0, 0.0), heading_deg=12.0 + float(rng.uniform(-3.0, 3.0)), scale=1.1, left=True)
+    right = HandPose((0.0, 0.0), heading_deg=-12.0 + float(rng.uniform(-3.0, 3.0)), scale=1.1)
     return [
-        Actor(left, _slides(((0.26, 0.45), (0.3, 0.3), (0.24, 0.5)), 22.0, rng), shape=open_hand),
-        Actor(right, _slides(((0.74, 0.45), (0.7, 0.3), (0.76, 0.5)), -22.0, rng), start_ms=60.0, shape=open_hand),
+        Actor(left, _slides(((0.26, 0.5), (0.3, 0.38), (0.25, 0.55)), 22.0, rng), shape=open_hand),
+        Actor(right, _slides(((0.74, 0.5), (0.7, 0.38), (0.75, 0.55)), -22.0, rng), start_ms=60.0, shape=open_hand),
     ]
 
 

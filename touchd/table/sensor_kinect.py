@@ -96,12 +96,15 @@ class KinectV1:
 
     def _busy(self, picture: DepthPicture) -> list[Box]:
         """Return boxes that do not meet, around all hands, their shadows and their grown outlines."""
+        if not picture.seen:
+            return []
         around = self._model.window.size_px // 2 + 1
-        grown: list[Box] = []
-        for seen in picture.seen:
-            nearest = np.full(1, max(seen.nearest_mm, _SHADOW_MM), np.float32)
-            rise = float(self._table_raw[seen.box.corners].max() - self.raw_of_depth(nearest)[0])
-            grown.append(seen.box.grown(int(rise / RAW_PER_PX) + 1, around, self._sensor.size))
+        boxes = [seen.box for seen in picture.seen]
+        edges = np.array([(box.left, box.top, box.right - 1, box.bottom - 1) for box in boxes])
+        table = self._table_raw[edges[:, [1, 1, 3, 3]], edges[:, [0, 2, 0, 2]]].max(1)
+        nearest_mm = np.array([max(seen.nearest_mm, _SHADOW_MM) for seen in picture.seen], np.float32)
+        reaches = ((table - self.raw_of_depth(nearest_mm)) / RAW_PER_PX).astype(int) + 1
+        grown = (box.grown(reach, around, self._sensor.size) for box, reach in zip(boxes, reaches.tolist(), strict=True))
         return apart(grown)
 
     def _read_box(self, picture: DepthPicture, box: Box, exact: Floats, lost: Mask, rng: np.random.Generator) -> None:
