@@ -1,7 +1,5 @@
 """From a config to the parts that run: settings of the stages, sources, outputs."""
 
-import hashlib
-import os
 import socket
 import time
 from collections.abc import Iterator, Sequence
@@ -149,8 +147,3 @@ def address_towards(destinations: Sequence[str]) -> str:
 def highest_fseq(outputs: Sequence[Output]) -> int:
     """Return the highest TUIO frame number sent so far by any output, 0 without one."""
     return max((output.last_fseq for output in outputs if isinstance(output, TuioUdpOutput)), default=0)
-
-
-def instance_of(state_folder: Path) -> str:
-    """Return a short name that tells this daemon from others on the same host: one daemon has one state folder."""
-    return hashlib.sha256(os.fsencode(state_folder.absolute())).hexdigest()[:4]

@@ -3,8 +3,10 @@
 import argparse
 import logging
 import os
+import shutil
 import signal
 import sys
+import time
 import traceback
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
@@ -16,6 +18,8 @@ from touchd.errors import ExitCode, TouchdError, UsageError
 if TYPE_CHECKING:
     from types import FrameType
 
+    from touchd.control.commands import Terminal
+
 # The commands import what they need when they run, so that --version or a wrong word need not wait for numpy.
 
 
@@ -23,8 +27,8 @@ def run_command_line(arguments: Sequence[str]) -> int:
     """Run one command and return the process's exit code. Errors go to stderr as one sentence."""
     try:
         options = _parser().parse_args(arguments)
-        command: Callable[[argparse.Namespace], None] = options.command
-        command(options)
+        command: Callable[[argparse.Namespace], int | None] = options.command
+        code = command(options) or ExitCode.OK
         sys.stdout.flush()
     except TouchdError as error:
         print(f"touchd: {error}", file=sys.stderr)
@@ -39,7 +43,7 @@ def run_command_line(arguments: Sequence[str]) -> int:
         traceback.print_exc()
         print("touchd: this is a bug; please report it with the lines above", file=sys.stderr)
         return ExitCode.BUG
-    return ExitCode.OK
+    return code
 
 
 class _Parser(argparse.ArgumentParser):
@@ -71,11 +75,37 @@ def _parser() -> argparse.ArgumentParser:
     replay.add_argument("--send", action="store_true", help="also send to the configured outputs")
     replay.set_defaults(command=_replay)
 
+    status = commands.add_parser("status", help="say how the running daemon fares")
+    form = status.add_mutually_exclusive_group()
+    form.add_argument("--json", dest="form", action="store_const", const="json", help="as JSON")
+    form.add_argument(
+        "--prometheus", dest="form", action="store_const", const="prometheus", help="as metrics for Prometheus"
+    )
+    form.add_argument("--check", action="store_true", help="one sentence; exit 0 fine, 1 warning, 2 critical")
+    status.set_defaults(command=_status, form="people")
+
+    calibrate = commands.add_parser("calibrate", help="have the running daemon learn the empty surface anew")
+    calibrate.set_defaults(command=_calibrate)
+
+    align = commands.add_parser("align", help="find the active area by touching its corners")
+    align.add_argument(
+        "--points", type=int, choices=(4, 9), default=4, help="the corners alone, or a grid of 3 by 3 (default 4)"
+    )
+    align.set_defaults(command=_align)
+    for command in (status, calibrate, align):
+        command.add_argument("--socket", type=Path, metavar="PATH", help="the daemon's control socket")
+
+    lift = commands.add_parser("lift", help="end the touches that a killed daemon left at its clients")
+    lift.add_argument(
+        "--to", action="append", default=[], metavar="HOST:PORT", help="a client (default: those of the config)"
+    )
+    lift.set_defaults(command=_lift)
+
     check = commands.add_parser("check-config", help="say whether the config file is right, and what is wrong")
     check.set_defaults(command=_check_config)
     show = commands.add_parser("show-config", help="print all settings in force and where each comes from")
     show.set_defaults(command=_show_config)
-    for command in (run, replay, check, show):
+    for command in (run, replay, check, show, lift):
         command.add_argument("--config", type=Path, metavar="FILE", help="the config file (default: see README)")
 
     bench = commands.add_parser("bench", help="measure this machine against touchd's time budgets")
@@ -110,7 +140,7 @@ def _seconds(text: str) -> float:
 
 def _run(options: argparse.Namespace) -> None:
     from touchd.config.load import find_config_path
-    from touchd.service import run
+    from touchd.run import run
 
     logging.basicConfig(level=logging.INFO, format="%(message)s", stream=sys.stderr)
     path = find_config_path(options.config, os.environ, os.getuid())
@@ -158,6 +188,53 @@ def _show_config(options: argparse.Namespace) -> None:
 
     config, origin = load_with_origin(find_config_path(options.config, os.environ, os.getuid()))
     print(effective_yaml(config, origin), end="")
+
+
+def _status(options: argparse.Namespace) -> int:
+    from touchd.control.commands import check_daemon, status_page
+    from touchd.control.paths import find_control_socket
+
+    def find() -> Path:
+        return find_control_socket(os.environ, options.socket)
+
+    if options.check:
+        code, sentence = check_daemon(find)
+        print(sentence)
+        return code
+    print(status_page(find(), options.form), end="")
+    return ExitCode.OK
+
+
+def _calibrate(options: argparse.Namespace) -> None:
+    from touchd.control.commands import calibrate
+    from touchd.control.paths import find_control_socket
+
+    _terminal().show(calibrate(find_control_socket(os.environ, options.socket)))
+
+
+def _align(options: argparse.Namespace) -> None:
+    from touchd.control.commands import align
+    from touchd.control.paths import find_control_socket
+
+    align(find_control_socket(os.environ, options.socket), options.points, _terminal())
+
+
+def _terminal() -> "Terminal":
+    from touchd.control.commands import Terminal
+
+    def write(text: str) -> None:
+        print(text, end="", flush=True)
+
+    return Terminal(write, sys.stdout.isatty(), shutil.get_terminal_size().columns, time.monotonic)
+
+
+def _lift(options: argparse.Namespace) -> None:
+    from touchd.config.load import find_config_path, load_config
+    from touchd.lift import lift
+
+    config = load_config(find_config_path(options.config, os.environ, os.getuid()))
+    for line in lift(config, options.to, os.environ):
+        print(line, flush=True)
 
 
 def _bench(options: argparse.Namespace) -> None:

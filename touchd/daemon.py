@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from touchd.errors import SourceError, TouchdError
 from touchd.metrics import FrameMetrics, MetricsSnapshot
-from touchd.model import Frame, TouchFrame
+from touchd.model import Frame, State, TouchFrame
 from touchd.outputs.output import Output
 from touchd.pipeline import Pipeline
 from touchd.sources.source import Source
@@ -72,6 +72,7 @@ class Daemon:
         self._stopping = threading.Event()
         self._error: BaseException | None = None
         self._retired: Source | None = None
+        self._tap: Callable[[TouchFrame], None] | None = None
         self._beat_s = time.monotonic()
         self._capture = self._capture_thread(source)
         self._worker = threading.Thread(target=self._guarded, args=(self._work,), name="worker")
@@ -125,6 +126,10 @@ class Daemon:
     def set_stall(self, stall_ms: float) -> None:
         """Lift all touches after so long without a frame from now on."""
         self._stall_s = stall_ms / 1e3
+
+    def divert(self, tap: Callable[[TouchFrame], None] | None) -> None:
+        """Give results to ``tap`` and tell outputs that touch is paused; None ends that. For the worker thread."""
+        self._tap = tap
 
     def change_outputs(self, outputs: Sequence[Output]) -> None:
         """Send to these outputs from now on: new ones are started, those left out are closed, the rest go on."""
@@ -216,6 +221,9 @@ class Daemon:
                 output.tick(time.monotonic_ns())
 
     def _publish(self, result: TouchFrame) -> None:
+        if self._tap is not None:
+            self._tap(result)
+            result = TouchFrame(result.index, result.t_ns, State.PAUSED, why="being aligned")
         now_ns = time.monotonic_ns()
         for output in self._outputs:
             output.publish(result, now_ns)

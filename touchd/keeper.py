@@ -5,10 +5,12 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from touchd.align.alignment import KeptAlignment
+from touchd.align.file import ALIGNMENT_FILE, load_alignment, save_alignment
 from touchd.assemble import highest_fseq
 from touchd.daemon import Daemon
 from touchd.errors import StateError
-from touchd.model import Surface
+from touchd.model import Sensor, Surface
 from touchd.pipeline import Pipeline
 from touchd.state import FSEQ_FILE, SURFACE_FILE, FseqStore, load_surface, save_surface
 
@@ -51,6 +53,20 @@ class Keeper:
             return None
         log.info("using the surface in %s", path)
         return self._surface
+
+    def stored_alignment(self, sensor: Sensor) -> KeptAlignment | None:
+        """Return the stored alignment if there is one for this sensor; say why if it cannot be used."""
+        try:
+            return load_alignment(self._folder / ALIGNMENT_FILE, sensor)
+        except StateError as error:
+            log.warning("%s", error)
+            return None
+
+    def keep_alignment(self, kept: KeptAlignment, sensor: Sensor) -> str | None:
+        """Store an alignment; return its file, None if it cannot be written."""
+        path = self._folder / ALIGNMENT_FILE
+        self._try(lambda: save_alignment(path, kept, sensor), "the alignment is not kept")
+        return str(path) if self._problem is None else None
 
     def stored_fseq(self) -> int:
         """Return the frame number to go on after."""

@@ -4,13 +4,13 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 
-from touchd.assemble import instance_of, tuio_source
+from touchd.assemble import tuio_source
 from touchd.config.schema import Config
 from touchd.errors import UsageError
 from touchd.outputs.tuio import TuioEncoder
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, parse_destination
-from touchd.state import state_folder
+from touchd.state import instance_of, state_folder
 
 # Long enough for a name server nearby, and short beside the time that a service manager gives for stopping.
 NAMES_S = 3.0

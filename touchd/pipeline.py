@@ -3,7 +3,7 @@
 The same frames, settings and versions give the same touches, to the byte.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
 import cv2
@@ -52,6 +52,7 @@ class PipelineSettings:
 class Ready:
     """Everything that is derived once per surface, so that a frame only has to be looked up in it."""
 
+    settings: PipelineSettings
     surface: Surface
     surface_map: SurfaceMap
     shell: Shell
@@ -60,6 +61,11 @@ class Ready:
     locator: Locator
     report: SurfaceReport
     notes: tuple[str, ...]
+
+    def serves(self, settings: PipelineSettings) -> bool:
+        """Return whether it holds under other settings as well: those of calibration and tracking do not matter."""
+        own = self.settings
+        return replace(settings, calibration=own.calibration, tracking=own.tracking) == own
 
     def lines(self) -> list[str]:
         """Return what a user should know about the surface and the area."""
@@ -79,6 +85,7 @@ class Pipeline:
         self._calibration: Calibration | PatientCalibration | None = None
         self._ready: Ready | None = None
         self._why: str | None = None
+        self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
         self._last_index = 0
 
@@ -96,6 +103,21 @@ class Pipeline:
     def ready(self) -> Ready | None:
         """What frames are looked up in, None while there is no surface yet."""
         return self._ready
+
+    @property
+    def calibrations_ended(self) -> int:
+        """How many calibrations ended, one way or the other."""
+        return self._calibrations_ended
+
+    @property
+    def calibration_failure(self) -> str | None:
+        """Why the last calibration that ended gave up; None if it did not."""
+        return self._why
+
+    @property
+    def calibration_is_late(self) -> bool:
+        """Whether the calibration under way has waited for longer than it should, and goes on."""
+        return self._calibration is not None and self._calibration.gave_up
 
     @property
     def next_session_id(self) -> int:
@@ -151,9 +173,11 @@ class Pipeline:
         if surface is not None:
             self._calibration = self._why = None
             self.use(surface)
+            self._calibrations_ended += 1
         elif calibration.gave_up and self._ready is not None:
             self._calibration = None
             self._why = f"calibration gave up ({calibration.why}): the surface from before is in force"
+            self._calibrations_ended += 1
         elif calibration.gave_up:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why=f"still calibrating: {calibration.why}")
         return TouchFrame(frame.index, frame.t_ns, State.CALIBRATING, why=calibration.why)
@@ -174,6 +198,7 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
     inside = _inside(corners, surface.valid.shape)
     with_margin = _grown(inside, area, surface_map)
     return Ready(
+        settings=settings,
         surface=surface,
         surface_map=surface_map,
         shell=shell,

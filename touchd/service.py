@@ -1,42 +1,32 @@
-"""`touchd run`: opens what the config names, runs the daemon, reloads, answers to signals and the control socket."""
+"""A daemon with its config, its state folder and those who ask things of it."""
 
 import logging
-import os
 import queue
-import signal
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-import cv2
-
-from touchd.assemble import (
-    OpenedSource,
-    OutputMaker,
-    highest_fseq,
-    instance_of,
-    open_source,
-    pipeline_settings,
-)
+from touchd.align.alignment import Alignment, AreaOrigin, KeptAlignment, area_in_force
+from touchd.assemble import OpenedSource, OutputMaker, highest_fseq, open_source, pipeline_settings
 from touchd.config.load import load_config
 from touchd.config.reload import Changes, changes
 from touchd.config.schema import Config
 from touchd.config.watch import ConfigWatch
 from touchd.daemon import Daemon
-from touchd.errors import StateNotKept, TouchdError
+from touchd.errors import CalibrationError, TouchdError
+from touchd.geometry import whole_picture
 from touchd.keeper import Keeper
-from touchd.notify import Notifier
-from touchd.pipeline import MissingArea, Pipeline, PipelineSettings, prepare
-from touchd.state import Lock, state_folder
-from touchd.watcher import Complaints, Watcher
+from touchd.model import TouchFrame
+from touchd.pipeline import MissingArea, Pipeline, PipelineSettings, Ready, prepare
+from touchd.state import instance_of
+from touchd.watcher import Complaints, Seen, Watcher
 
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
-SIGNALS = frozenset({signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP})
-_LOOK_S = 0.2
 
 
 class Service:
@@ -51,14 +41,17 @@ class Service:
         self._path = config_path
         self._config = load_config(config_path)
         self._problem: str | None = None
+        self._problem_since_s: float | None = None
+        self._aligning = False
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._keeper = Keeper(folder)
         self._watcher = Watcher()
         self._complaints = Complaints()
         self._maker = OutputMaker(instance_of(folder), self._keeper.stored_fseq())
         self._opened = _open(self._config)
-        self._settings = self._settings_of(self._config)
         source = self._opened.source
+        self._alignment = self._keeper.stored_alignment(source.sensor)
+        self._settings = self._settings_of(self._config)
         self._daemon = Daemon(
             source,
             Pipeline(source.sensor, self._settings, source.name),
@@ -81,6 +74,43 @@ class Service:
     def problem(self) -> str | None:
         """Why the config file as it is now was not used; None if it is in force."""
         return self._problem
+
+    @property
+    def config_path(self) -> Path | None:
+        """The config file, None for the defaults."""
+        return self._path
+
+    @property
+    def problem_since_s(self) -> float | None:
+        """Since when the config file is not in force, in Unix time."""
+        return self._problem_since_s
+
+    @property
+    def not_kept(self) -> str | None:
+        """Why something could not be stored in the state folder, None if all is well."""
+        return self._keeper.problem
+
+    @property
+    def surface_since_s(self) -> float | None:
+        """When the surface in force was learned, in Unix time."""
+        return self._keeper.surface_since_s
+
+    @property
+    def seen(self) -> Seen:
+        """What the last frame told."""
+        return self._watcher.seen
+
+    @property
+    def area_origin(self) -> AreaOrigin:
+        """Where the area in force comes from."""
+        return self._area_origin
+
+    @property
+    def alignment_residual_mm(self) -> float | None:
+        """How well the touched points of the alignment in force agree, None if another area is in force."""
+        if self._area_origin is not AreaOrigin.ALIGNMENT or self._alignment is None:
+            return None
+        return self._alignment.alignment.residual_mm
 
     def start(self) -> None:
         """Begin with the stored surface or a calibration, as ``calibration.on_start`` says, and run."""
@@ -139,9 +169,9 @@ class Service:
             what = changes(self._config, new)
             self._apply(new, what)
         except TouchdError as error:
-            self._problem = str(error)
+            self._problem, self._problem_since_s = str(error), time.time()
             raise
-        self._problem = None
+        self._problem = self._problem_since_s = None
         self._config = new
         return what.sentence()
 
@@ -172,14 +202,47 @@ class Service:
 
     def _settings_of(self, config: Config) -> PipelineSettings:
         settings = pipeline_settings(config, self._opened.calibration_frames, MissingArea.FLAT_REGION)
-        return replace(settings, area=settings.area or self._opened.area)
+        area, self._area_origin = area_in_force(settings.area, self._alignment)
+        if area is None and self._opened.area is not None:
+            area, self._area_origin = self._opened.area, AreaOrigin.SOURCE
+        return replace(settings, area=area)
+
+    def begin_aligning(self, tap: Callable[[TouchFrame], None]) -> Ready:
+        """Give the touches of the whole picture to ``tap``, and none to outputs. Raises CalibrationError."""
+        known = self._daemon.pipeline.ready
+        if known is None:
+            raise CalibrationError("align: there is no surface yet; wait until touchd has calibrated")
+        self._aligning = True
+        whole = replace(self._settings, area=whole_picture(known.surface.sensor))
+        ready = prepare(known.surface, whole, known)
+
+        def begin() -> None:
+            self._daemon.pipeline.adopt(whole, ready)
+            self._daemon.divert(tap)
+
+        self._daemon.ask(begin)
+        return ready
+
+    def keep_alignment(self, found: Alignment) -> str | None:
+        """Have an alignment in force from the end of aligning on; return the file it is kept in, None if it is not."""
+        corners = self._config.area_corners()
+        self._alignment = KeptAlignment(found, time.time(), None if corners is None else corners.corners_px)
+        return self._keeper.keep_alignment(self._alignment, self._daemon.pipeline.sensor)
+
+    def end_aligning(self) -> None:
+        """Put the area in force again, the new one if there is one, and give touches to the outputs."""
+        self._aligning = False
+        self._adopt(self._settings_of(self._config))
+        self._daemon.ask(lambda: self._daemon.divert(None))
 
     def _adopt(self, new: PipelineSettings) -> None:
         """Put settings in force; what takes long is made ready here, the worker only swaps it in."""
-        pipeline, old = self._daemon.pipeline, self._settings
+        pipeline = self._daemon.pipeline
+        if self._aligning:
+            self._settings = new
+            return
         known = pipeline.ready
-        same_places = replace(new, tracking=old.tracking, calibration=old.calibration) == old
-        ready = known if known is None or same_places else prepare(known.surface, new, known)
+        ready = known if known is None or known.serves(new) else prepare(known.surface, new, known)
 
         def swap() -> None:
             current = pipeline.ready
@@ -204,52 +267,3 @@ def _open(config: Config) -> OpenedSource:
     for note in opened.notes:
         log.info("%s: %s", opened.source.name, note)
     return opened
-
-
-def run(config_path: Path | None) -> None:
-    """Run until a signal says stop; all of ``SIGNALS`` must be blocked already. Raises TouchdError."""
-    cv2.setNumThreads(1)
-    folder = state_folder(os.environ)
-    lock = _lock(folder)
-    try:
-        service = Service(config_path, folder)
-        log.info("source: %s", service.daemon.source.name)
-        service.start()
-        try:
-            _until_stopped(service, Notifier(os.environ))
-        finally:
-            service.stop()
-    finally:
-        if lock is not None:
-            lock.release()
-
-
-def _lock(folder: Path) -> Lock | None:
-    """Take the state folder for this daemon alone; None where it cannot be written to, which stops no touch."""
-    try:
-        return Lock(folder)
-    except StateNotKept as error:
-        log.warning("running without a state folder, so the surface is learned at each start: %s", error)
-        return None
-
-
-def _until_stopped(service: Service, notifier: Notifier) -> None:
-    """Serve signals: SIGTERM and SIGINT return, SIGUSR1 recalibrates, SIGHUP reloads."""
-    notifier.ready()
-    while not service.daemon.stopping.is_set():
-        received = signal.sigtimedwait(SIGNALS, _LOOK_S)
-        service.look()
-        if received is None:
-            continue
-        name = signal.Signals(received.si_signo).name
-        if received.si_signo == signal.SIGUSR1:
-            log.info("recalibrating: %s", name)
-            service.recalibrate()
-        elif received.si_signo == signal.SIGHUP:
-            notifier.reloading()
-            service.reload_and_log()
-            notifier.ready()
-        else:
-            log.info("stopping: %s", name)
-            notifier.stopping()
-            return

@@ -172,3 +172,25 @@ def test_an_area_size_over_three_percent_off_is_a_note_that_says_both(empty: lis
     assert pipeline.ready is not None
     (note,) = pipeline.ready.notes
     assert note.startswith("area.size_mm says 640 x 400 mm but the camera measures 599 x 400 mm, 6% off")
+
+
+def test_a_touch_on_a_book_that_lay_there_during_calibration_is_found_and_the_book_itself_is_none() -> None:
+    table = Table(CAMERA, seed=3)
+    step_mm = float(table.sensor.step_mm[655])
+    book_raw, finger_raw = round(30 / step_mm), round(9 / step_mm)
+
+    def picture(index: int, *, touched: bool) -> Frame:
+        raw = table.render([], index * FRAME_NS, index).raw.copy()
+        raw[180:320, 220:420] -= np.uint16(book_raw)
+        if touched:
+            raw[235:247, 300:312] -= np.uint16(finger_raw)
+        return Frame(index, index * FRAME_NS, raw)
+
+    pipeline = Pipeline(table.sensor, SETTINGS, "a test")
+    pipeline.calibrate()
+    for index in range(20):
+        pipeline.step(picture(index, touched=False))
+    for index in range(20, 25):
+        assert pipeline.step(picture(index, touched=False)).cursors == ()
+    (cursor,) = pipeline.step(picture(25, touched=True)).cursors
+    assert cursor.height_mm == pytest.approx(9.0, abs=2.0)

@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import time
+import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import IO, TypeVar
@@ -64,7 +65,14 @@ def wheels() -> Path:
     wanted = (REPOSITORY / "pyproject.toml").read_text()
     if not (stamp.exists() and stamp.read_text() == wanted):
         shutil.rmtree(folder, ignore_errors=True)
-        kinds = ["manylinux_2_17", "manylinux2014", "manylinux_2_24", "manylinux_2_27", "manylinux_2_28", "manylinux_2_31"]
+        kinds = [
+            "manylinux_2_17",
+            "manylinux2014",
+            "manylinux_2_24",
+            "manylinux_2_27",
+            "manylinux_2_28",
+            "manylinux_2_31",
+        ]
         platforms = [f"--platform={kind}_{platform.machine()}" for kind in kinds]
         pip = [sys.executable, "-m", "pip", "download", "--quiet", f"--dest={folder}", "--only-binary=:all:"]
         options = [f"--python-version={PYTHON}", "--implementation=cp", *platforms]
@@ -74,10 +82,8 @@ def wheels() -> Path:
 
 
 def _requirements() -> list[str]:
-    import tomllib
-
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())
-    return [*project["project"]["dependencies"], *project["build-system"]["requires"], "wheel", "setuptools"]
+    return [*project["project"]["dependencies"], *project["build-system"]["requires"]]
 
 
 class Machine:
@@ -116,10 +122,11 @@ class Machine:
 
 @contextlib.contextmanager
 def booted(log: IO[bytes], binds: dict[Path, str]) -> Iterator[Machine]:
-    """Boot a machine from a copy of the Debian; ``binds`` are folders of this computer and where they are, read-only."""
+    """Boot a machine from a copy of the Debian; ``binds`` says which folders of this computer are where, read-only."""
     what = [f"--bind-ro={here}:{there}" for here, there in binds.items()]
     # Not registered and in no unit of its own: it must also boot where no systemd runs.
     how = ["--boot", "--private-network", "--register=no", "--keep-unit", "--console=pipe", "--machine=touchd-test"]
+    how += ["--capability=CAP_BPF", "--system-call-filter=bpf"]  # by which systemd enforces DevicePolicy
     nspawn = subprocess.Popen(
         ["systemd-nspawn", "--quiet", f"--directory={debian()}", "--ephemeral", *how, *what],
         stdin=subprocess.DEVNULL,

@@ -21,6 +21,7 @@ class AreaOrigin(StrEnum):
 
     CONFIG = "config"
     ALIGNMENT = "alignment"
+    SOURCE = "source"
     GUESSED = "guessed"
     WHOLE_PICTURE = "whole picture"
 

@@ -125,7 +125,7 @@ def _check_outline(corners: Doubles, sides_mm: Doubles) -> None:
     sines = _turns(corners)
     flattest = int(np.argmin(np.abs(sines)))
     rights = int(np.count_nonzero(sines > 0.0))
-    if rights == 4 and abs(sines[flattest]) < _LEAST_SINE:
+    if rights >= 3 and abs(sines[flattest]) < _LEAST_SINE:
         raise AlignmentError(f"the {CORNER_NAMES[flattest]} lies in a line with its neighbours; {_ORDER}")
     if rights == 0:
         raise AlignmentError(f"the corners run anticlockwise for the camera, as in a mirror; {_ORDER}")

@@ -9,7 +9,6 @@ import json
 import logging
 import threading
 from collections.abc import Callable, Generator, Iterator, Mapping
-from contextlib import closing
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol, TypeAlias
 
@@ -108,11 +107,14 @@ class Answerer:
         if not self._at_work.acquire(blocking=False):
             raise Busy("touchd is calibrating or being aligned for somebody else; try again when that has ended")
         try:
-            with closing(begin()) as work:
+            work = begin()
+            try:
                 for progress in work:
                     yield {"progress": asdict(progress), "done": progress.done}
                     if progress.done:
                         return
+            finally:
+                _close(work)
         finally:
             self._at_work.release()
         raise Refusal("touchd ended this without a result; try again")
@@ -140,6 +142,14 @@ def error_reply(message: str, exit_code: int) -> Reply:
 def encoded(reply: Reply) -> bytes:
     """Return a reply as a line."""
     return json.dumps(reply, separators=(",", ":"), allow_nan=False).encode("ascii") + b"\n"
+
+
+def _close(work: Generator[Progress] | Generator[AlignProgress]) -> None:
+    """Close a generator; whoever asked may have gone, so that what goes wrong at that is only logged."""
+    try:
+        work.close()
+    except Exception:
+        log.exception("a request on the control socket did not end well")
 
 
 def _result(content: Reply) -> Iterator[Reply]:

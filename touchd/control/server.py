@@ -166,6 +166,8 @@ class ControlServer:
                     self._answer(client, line)
         except OSError as error:
             log.debug("a client of the control socket went away: %s", error)
+        except Exception:
+            log.exception("a client of the control socket could not be served")
         finally:
             with self._changing:
                 self._clients.pop(client)

@@ -6,7 +6,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from touchd.errors import SourceError
@@ -14,8 +13,8 @@ from touchd.geometry import KINECT_SIZE
 from touchd.model import AreaCorners, Frame, Sensor
 from touchd.sources import synthetic_child
 from touchd.sources.frame_ring import FrameRing, Ticket
-from touchd.sources.synthetic_child import Order, Pace
-from touchd.table.scenarios import CAMERA, area_corners, scenario
+from touchd.sources.synthetic_child import IGNORED, Order, Pace
+from touchd.table.scenarios import AREA, CAMERA, area_corners, scenario
 from touchd.table.table import table_sensor
 
 _PACKAGES = Path(synthetic_child.__file__).parents[2]
@@ -64,16 +63,29 @@ class SyntheticSource:
         """The active area that the scenarios are made for."""
         return area_corners()
 
+    @property
+    def area_mm(self) -> tuple[float, float]:
+        """The active area's width and height."""
+        return AREA.size_mm
+
     def frames(self) -> Iterator[Frame]:
         """Yield frames until closed, from the show's beginning. Raises SourceError if the renderer ends by itself."""
-        try:
-            with self._rendering() as ring:
+        ring = self._ring()
+        process = self._begin(ring)
+        if process is None:
+            ring.close()
+            return
+        with process:
+            try:
                 while tickets := ring.wait():
                     self._waiting = None
                     for ticket in self._worthwhile(tickets, ring):
                         yield ring.frame(ticket)
-        except OSError as error:
-            raise SourceError(f"{self.name}: its renderer cannot be started: {error}; free some memory") from error
+                if not self._closed:
+                    raise SourceError(f"{self.name}: its renderer {_end_of(process)}; start touchd again")
+            finally:
+                process.kill()
+                ring.close()
 
     def close(self) -> None:
         """Make :meth:`frames` end at once."""
@@ -90,18 +102,54 @@ class SyntheticSource:
             ring.free(ticket)
         return tickets[-1:]
 
-    @contextmanager
-    def _rendering(self) -> Iterator[FrameRing]:
-        ring = FrameRing(KINECT_SIZE)
+    def _ring(self) -> FrameRing:
         try:
-            process = self._begin(ring)
+            return FrameRing(KINECT_SIZE)
+        except OSError as error:
+            raise SourceError(
+                f"{self.name}: there is no memory for its frames: {error.strerror}; free some or raise the limits"
+            ) from error
+
+    def _begin(self, ring: FrameRing) -> subprocess.Popen[bytes] | None:
+        """Start the renderer; None if closed already."""
+        order = Order(self._scenario, self._seed, self._empty_frames, self._pace, ring.ends)
+        try:
+            with self._changing:
+                self._process = None if self._closed else _start(order)
+                return self._process
+        except OSError as error:
+            ring.close()
+            raise SourceError(
+                f"{self.name}: its renderer {sys.executable} cannot be started: {error.strerror}; free some memory or "
+                "raise the limits"
+            ) from error
         finally:
             ring.handed_over()
-        with process:
-            try:
-                yield ring
-                if not self._closed:
-                    raise SourceError(f"{self.name}: its renderer {_how_it_ended(process)}; start touchd again")
-            finally:
-                process.kill()
-                ring.close()
+
+
+def _start(order: Order) -> subprocess.Popen[bytes]:
+    """Start a renderer of this very touchd, wherever it was imported from, safe from a Ctrl-C while it begins."""
+    path = os.pathsep.join([str(_PACKAGES), *filter(None, [os.environ.get("PYTHONPATH")])])
+    # Blocked signals stay blocked in the child until it says itself what to do about them.
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, IGNORED)
+    try:
+        return subprocess.Popen(  # noqa: S603  our own interpreter and module
+            [sys.executable, "-P", "-m", synthetic_child.__name__, order.as_argument()],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.PIPE,
+            pass_fds=order.ends.descriptors,
+            env={**os.environ, "PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
+        )
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+
+
+def _end_of(process: subprocess.Popen[bytes]) -> str:
+    """Return how a renderer ended that was not asked to, with the last line that it wrote."""
+    said = process.stderr.read().decode(errors="replace").split("\n") if process.stderr else []
+    code = process.wait()
+    if code < 0:
+        return f"was killed by {signal.Signals(-code).name}"
+    last = next((line.strip() for line in reversed(said) if line.strip()), "without a word")
+    return f"ended with exit code {code} ({last})"

@@ -13,6 +13,7 @@ _VERDICTS = ("ok", "warning", "critical")
 _ORIGINS = {
     AreaOrigin.CONFIG: "from the config's corners_px",
     AreaOrigin.ALIGNMENT: "from touchd align",
+    AreaOrigin.SOURCE: "from the source, which knows it",
     AreaOrigin.GUESSED: "guessed",
     AreaOrigin.WHOLE_PICTURE: "the whole picture",
 }
@@ -114,7 +115,7 @@ def _warnings(status: Status) -> Iterator[str]:
         yield f"{dropped} frames were dropped in the last minute: this machine is too slow or too busy"
     if status.surface is not None:
         yield from status.surface.problems
-    if status.area is not None and status.area.origin in (AreaOrigin.CONFIG, AreaOrigin.ALIGNMENT):
+    if status.area is not None and status.area.origin not in (AreaOrigin.GUESSED, AreaOrigin.WHOLE_PICTURE):
         yield from status.area.notes
 
 

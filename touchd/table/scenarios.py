@@ -27,10 +27,12 @@ _Cast: TypeAlias = Callable[[np.random.Generator], list[Actor]]
 def scenario(name: str, seed: int) -> Script:
     """Return a scenario's script from its first hand's coming in to its last one's leaving.
 
-    The seed varies places and poses. Raises UsageError for a name that is none.
+    The seed varies places and poses. Raises UsageError for a name that is none, and for a negative seed.
     """
     if name not in SCENARIOS:
         raise UsageError(f"there is no scenario {name!r}; choose one of {', '.join(SCENARIOS)}")
+    if seed < 0:
+        raise UsageError(f"a scenario's seed is a whole number from 0 on, not {seed}")
     rng = np.random.default_rng(seed)
     if name in _CASTS:
         return Script(CAMERA, AREA, _CASTS[name](rng))

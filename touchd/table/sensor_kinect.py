@@ -104,7 +104,9 @@ class KinectV1:
         table = self._table_raw[edges[:, [1, 1, 3, 3]], edges[:, [0, 2, 0, 2]]].max(1)
         nearest_mm = np.array([max(seen.nearest_mm, _SHADOW_MM) for seen in picture.seen], np.float32)
         reaches = ((table - self.raw_of_depth(nearest_mm)) / RAW_PER_PX).astype(int) + 1
-        grown = (box.grown(reach, around, self._sensor.size) for box, reach in zip(boxes, reaches.tolist(), strict=True))
+        grown = (
+            box.grown(reach, around, self._sensor.size) for box, reach in zip(boxes, reaches.tolist(), strict=True)
+        )
         return apart(grown)
 
     def _read_box(self, picture: DepthPicture, box: Box, exact: Floats, lost: Mask, rng: np.random.Generator) -> None:

@@ -15,6 +15,11 @@ def frame_time_ns(index: int) -> int:
     return index * 1_000_000_000 // FRAMES_A_SECOND
 
 
+def frame_index(t_ns: int) -> int:
+    """Return the frame that is due last at a time on the show's own clock."""
+    return t_ns * FRAMES_A_SECOND // 1_000_000_000
+
+
 class Show:
     """What is over the table at each frame; it follows from scenario, seed and the frame's number."""
 
@@ -22,7 +27,7 @@ class Show:
         """``empty_frames``: how many frames show the empty table before the first hand. UsageError: unknown name."""
         self._script = scenario(name, seed)
         self._empty_frames = empty_frames
-        self.loop_frames = self._script.end_ns * FRAMES_A_SECOND // 1_000_000_000 + 1 + _GAP_FRAMES
+        self.loop_frames = frame_index(self._script.end_ns) + 1 + _GAP_FRAMES
 
     def moment(self, index: int) -> Moment:
         """Return the hands of a frame, numbered from 0, and the truth about their fingertips."""

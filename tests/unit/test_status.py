@@ -1,0 +1,328 @@
+import json
+import math
+import re
+from dataclasses import fields, replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from touchd.align.alignment import AreaOrigin
+from touchd.errors import StateError
+from touchd.metrics import MetricsSnapshot
+from touchd.model import State
+from touchd.outputs.output import OutputStatus
+from touchd.outputs.udp import DestinationStatus
+from touchd.status.data import (
+    AreaFacts,
+    ConfigFacts,
+    OutputFacts,
+    SourceFacts,
+    Status,
+    SurfaceFacts,
+    output_facts,
+    source_facts,
+    status_from_json,
+    surface_facts,
+)
+from touchd.status.prometheus import prometheus
+from touchd.status.recent import RecentRise
+from touchd.status.text import check, duration, sentence, status_lines
+from touchd.surface.quality import SurfaceReport
+
+NOW_S = 1_700_000_000.0
+SOURCE = SourceFacts("A00364A04287049A", "kinect", None, 1, 241201, 29.97, 12, 0, 1.42, 3.1, 4.04)
+SURFACE = SurfaceFacts(NOW_S - 7300, "A00364A04287049A", 0.998, 0.42, 4.4, 16.2, 1.1, 3.2, 821.4, 0.0, ())
+TUIO = OutputFacts("tuio to 127.0.0.1:3333", 20314, 0, 0, 0, None)
+HEALTHY = Status(
+    version="0.1.0",
+    pid=812,
+    time_s=NOW_S,
+    started_s=NOW_S - 8100,
+    memory_bytes=86_400_000,
+    state=State.TRACKING,
+    state_since_s=NOW_S - 8040,
+    why=None,
+    cursors=2,
+    touches=1204,
+    config=ConfigFacts("/etc/touchd/touchd.yaml"),
+    not_kept=None,
+    source=SOURCE,
+    surface=SURFACE,
+    area=AreaFacts(AreaOrigin.ALIGNMENT, (800.4, 599.6), 1.4),
+    outputs=(TUIO,),
+)
+FAILING = output_facts(
+    OutputStatus("tuio to a:3333, b:3333", 100, 7, 0, "Cannot send to b:3333: Network is unreachable."),
+    (
+        DestinationStatus("a:3333", 100, 0, None, "10.0.0.1"),
+        DestinationStatus("b:3333", 0, 7, "Cannot send to b:3333: Network is unreachable.", None),
+    ),
+    troubled_lately=7,
+)
+REFUSED = ConfigFacts("/etc/touchd/touchd.yaml", "touchd.yaml:1:2: tracking is wrong\n  here\n  ^", NOW_S - 185)
+
+
+def test_people_read_the_status_of_a_healthy_daemon_at_a_glance() -> None:
+    assert status_lines(HEALTHY) == [
+        "state     tracking for 2 h 14 min",
+        "source    kinect: A00364A04287049A",
+        "          30.0 frames/s, 241 201 frames, 12 dropped, connected anew once",
+        "          1.4 ms from frame to touch; 99 of 100 within 3.1 ms, all within 4.0 ms",
+        "touches   2 now, 1 204 since the start",
+        "surface   learned 2 h 1 min ago from A00364A04287049A",
+        "          821 mm away, tilted 3°, flat to 1.1 mm, noise 0.42 mm",
+        "          99.8% of the area usable; touches are looked for 4.4 to 16.2 mm above it",
+        "area      from touchd align, 800 x 600 mm, residual 1.4 mm",
+        "outputs   tuio to 127.0.0.1:3333: 20 314 sent",
+        "config    /etc/touchd/touchd.yaml",
+        "process   touchd 0.1.0, pid 812, running for 2 h 15 min, 86 MB of memory",
+    ]
+
+
+def test_people_see_what_is_wrong_behind_an_exclamation_mark() -> None:
+    status = replace(
+        HEALTHY,
+        config=REFUSED,
+        not_kept="the surface is not kept: /var/lib/touchd: No space left on device",
+        surface=replace(SURFACE, problems=("12% of the area is blind",)),
+        area=AreaFacts(AreaOrigin.GUESSED, (700.0, 500.0), None, ("area guessed: run touchd align",)),
+        outputs=(TUIO, FAILING),
+    )
+    text = "\n".join(status_lines(status))
+    for expected in (
+        "          ! 12% of the area is blind\n",
+        "area      guessed, 700 x 500 mm\n          ! area guessed: run touchd align\n",
+        "outputs   tuio to 127.0.0.1:3333: 20 314 sent\n"
+        "          tuio to a:3333, b:3333: 100 sent, 7 failed\n"
+        "          ! 7 not sent in the last minute\n"
+        "            b:3333: 7 failed; last error: Cannot send to b:3333: Network is unreachable.\n",
+        "          ! the last edit was refused 3 min 5 s ago; the config from before it is in force:\n"
+        "            touchd.yaml:1:2: tracking is wrong\n              here\n              ^\n",
+        "          ! the surface is not kept: /var/lib/touchd: No space left on device",
+    ):
+        assert expected in text
+
+
+def test_before_the_first_frame_people_see_what_is_waited_for() -> None:
+    waiting = replace(SOURCE, waiting="no camera is connected", fps=None, latency_p50_ms=None, frames=0)
+    status = replace(HEALTHY, state=None, state_since_s=NOW_S - 75, source=waiting, surface=None, area=None)
+    lines = status_lines(status)
+    assert lines[0] == "state     ! no frame yet, 1 min 15 s after the start: no camera is connected"
+    assert "          no frames now, 0 frames, 12 dropped, connected anew once" in lines
+    assert "surface   none yet" in lines
+    assert "area      known once there is a surface" in lines
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, "tracking at 30.0 frames/s, 2 touches"),
+        ({"cursors": 1}, "tracking at 30.0 frames/s, 1 touch"),
+        ({"state": State.CALIBRATING, "why": "frame 12 of 300"}, "calibrating: frame 12 of 300"),
+        ({"state": State.NO_SURFACE, "why": "no surface\nwas learned"}, "no surface: no surface was learned"),
+        ({"state": State.NO_FRAMES, "state_since_s": NOW_S - 12}, "no frames for 12 s"),
+        ({"config": REFUSED}, "tracking at 30.0 frames/s, 2 touches; the config's last edit was refused"),
+        ({"outputs": (TUIO, FAILING)}, "tracking at 30.0 frames/s, 2 touches; an output fails"),
+        (
+            {"area": AreaFacts(AreaOrigin.GUESSED, None, None, ("area guessed: run touchd align",))},
+            "tracking at 30.0 frames/s, 2 touches; area guessed: run touchd align",
+        ),
+    ],
+)
+def test_one_sentence_says_what_it_is_doing(change: dict[str, object], expected: str) -> None:
+    assert sentence(replace(HEALTHY, **change)) == expected  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict", "expected"),
+    [
+        ({}, 0, "ok: tracking at 30.0 frames/s, 2 touches"),
+        ({"state": State.CALIBRATING, "state_since_s": NOW_S - 9, "why": "frame 270 of 300"}, 0, "ok: calibrating"),
+        ({"area": AreaFacts(AreaOrigin.GUESSED, None, None, ("area guessed",))}, 0, "ok: tracking"),
+        (
+            {"state": State.CALIBRATING, "state_since_s": NOW_S - 90, "why": "something moved"},
+            1,
+            "warning: calibrating for 1 min 30 s: something moved",
+        ),
+        ({"state": State.PAUSED, "why": "aligning"}, 1, "warning: paused: aligning"),
+        (
+            {"config": REFUSED},
+            1,
+            "warning: the config's last edit was refused, and the config from before it is in force",
+        ),
+        ({"not_kept": "the disk is full"}, 1, "warning: the disk is full"),
+        (
+            {"outputs": (TUIO, FAILING)},
+            1,
+            "warning: tuio to a:3333, b:3333: 7 not sent in the last minute: Cannot send to b:3333: Network is",
+        ),
+        ({"surface": replace(SURFACE, problems=("12% of the area is blind",))}, 1, "warning: 12% of the area is"),
+        ({"area": AreaFacts(AreaOrigin.CONFIG, None, None, ("wrong size",))}, 1, "warning: wrong size"),
+        ({"source": replace(SOURCE, dropped_lately=36)}, 0, "ok"),
+        (
+            {"source": replace(SOURCE, dropped_lately=40)},
+            1,
+            "warning: 40 frames were dropped in the last minute: this machine is too slow or too busy",
+        ),
+        ({"state": State.NO_SURFACE, "why": "calibrate"}, 2, "critical: no surface: calibrate"),
+        ({"state": State.NO_FRAMES, "why": "gone", "state_since_s": NOW_S - 3}, 2, "critical: no frames for 3 s: gone"),
+        ({"state": None}, 2, "critical: no frames for 2 h 15 min"),
+        ({"state": State.NO_SURFACE, "not_kept": "full"}, 2, "critical: no surface; full"),
+    ],
+)
+def test_the_verdict_for_monitoring_says_why(change: dict[str, object], verdict: int, expected: str) -> None:
+    found, text = check(replace(HEALTHY, **change))  # type: ignore[arg-type]
+    assert found == verdict
+    assert text.startswith(expected)
+    assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(-3, "0 s"), (59.4, "59 s"), (59.6, "1 min 0 s"), (3599, "59 min 59 s"), (3660, "1 h 1 min"), (90000, "1 d 1 h")],
+)
+def test_durations_have_two_units_at_most(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+@pytest.mark.parametrize("status", [HEALTHY, replace(HEALTHY, config=REFUSED, outputs=(TUIO, FAILING), surface=None)])
+def test_a_status_comes_back_whole_through_json(status: Status) -> None:
+    assert status_from_json(json.loads(json.dumps(status.as_json(), allow_nan=False))) == status
+
+
+def test_json_has_nothing_that_json_has_no_word_for() -> None:
+    status = replace(
+        HEALTHY,
+        source=replace(SOURCE, fps=math.nan, latency_max_ms=math.inf, name="/table\udcff"),
+        surface=replace(SURFACE, tilt_deg=math.nan),
+    )
+    plain = json.loads(json.dumps(status.as_json(), allow_nan=False))
+    assert (plain["source"]["fps"], plain["source"]["latency_max_ms"], plain["surface"]["tilt_deg"]) == (None,) * 3
+    assert status_from_json(plain).source.name == "/table\\udcff"
+
+
+def test_json_has_these_keys_and_words() -> None:
+    plain = HEALTHY.as_json()
+    assert set(plain) == {field.name for field in fields(Status)} | {"uptime_s"}
+    assert (plain["state"], plain["area"]["origin"], plain["uptime_s"]) == ("tracking", "alignment", 8100.0)
+    assert set(plain["source"]) == {
+        *("name", "kind", "waiting", "reconnects", "frames", "fps", "dropped", "dropped_lately"),
+        *("latency_p50_ms", "latency_p99_ms", "latency_max_ms"),
+    }
+
+
+def test_what_a_newer_daemon_adds_is_left_out_and_what_an_older_one_lacks_is_named() -> None:
+    plain = HEALTHY.as_json()
+    assert status_from_json({**plain, "mood": "good"}) == HEALTHY
+    del plain["source"]["frames"]
+    with pytest.raises(StateError) as caught:
+        status_from_json(plain)
+    assert str(caught.value) == (
+        "the status is not one that this touchd understands (source.frames: Field required); is the daemon of another "
+        "version? restart it"
+    )
+
+
+def test_figures_that_the_surface_report_could_not_measure_are_none() -> None:
+    nan = math.nan
+    report = SurfaceReport(0.0, nan, nan, nan, nan, nan, nan, 0.0, ("no pixel of the area can see a touch",))
+    facts = surface_facts(report, "a camera", None)
+    assert (facts.coverage, facts.noise_mm, facts.distance_mm, facts.moved) == (0.0, None, None, 0.0)
+    lines = status_lines(replace(HEALTHY, surface=facts))
+    assert "          ? mm away, tilted ?°, flat to ? mm, noise ? mm" in lines
+    assert "surface   learned from a camera" in lines
+
+
+def test_a_source_s_facts_are_its_metrics() -> None:
+    metrics = MetricsSnapshot(241201, 12, 29.97, 1.42, 3.1, 4.04)
+    assert source_facts("A00364A04287049A", "kinect", None, 1, metrics, 0) == SOURCE
+
+
+def test_only_what_rose_in_the_last_minute_counts_as_recent() -> None:
+    recent = RecentRise(window_s=60.0, samples=60)
+    assert recent.note("failed", 0, 1000.0) == 0
+    assert recent.note("failed", 5, 1001.0) == 5
+    assert recent.note("other", 0, 1001.0) == 0
+    assert [recent.note("failed", 5, 1000.0 + after) for after in (30, 59, 60)] == [5, 5, 5]
+    assert recent.note("failed", 5, 1061.0) == 0
+    assert recent.note("failed", 6, 1061.1) == 1
+
+
+def test_a_counter_that_began_anew_counts_from_zero() -> None:
+    recent = RecentRise()
+    recent.note("failed", 0, 0.0)
+    recent.note("failed", 50, 1.0)
+    assert recent.note("failed", 2, 2.0) == 2
+
+
+# The text format, from its description: a line is a comment, or a name, labels in braces, and a number.
+_LABEL = r'[a-zA-Z_][a-zA-Z0-9_]*="(?:[^"\\\n]|\\\\|\\"|\\n)*"'
+_SAMPLE = re.compile(
+    r"(?P<name>[a-zA-Z_:][a-zA-Z0-9_:]*)"
+    rf"(?:\{{(?P<labels>{_LABEL}(?:,{_LABEL})*)\}})?"
+    r" (?P<value>[+-]?(?:\d+(?:\.\d*)?(?:[eE][+-]?\d+)?))"
+)
+_UNITS = ("seconds", "bytes", "meters", "ratio", "degrees", "per_second")
+
+
+def scraped(page: str) -> dict[str, float]:
+    """Samples by name and labels; asserts that each metric has HELP and TYPE before its samples, and only once."""
+    assert page.endswith("\n")
+    samples: dict[str, float] = {}
+    declared: list[str] = []
+    kind = ""
+    for line in page.removesuffix("\n").split("\n"):
+        if line.startswith("# HELP "):
+            name, text = line.removeprefix("# HELP ").split(" ", 1)
+            assert text
+            assert name not in declared
+            declared.append(name)
+            kind = ""
+        elif line.startswith("# TYPE "):
+            name, kind = line.removeprefix("# TYPE ").split(" ")
+            assert name == declared[-1]
+            assert kind == ("counter" if name.endswith("_total") else "gauge")
+        else:
+            found = _SAMPLE.fullmatch(line)
+            assert found is not None, line
+            assert found["name"] == declared[-1]
+            assert kind
+            key = found["name"] + (f"{{{found['labels']}}}" if found["labels"] else "")
+            assert key not in samples
+            samples[key] = float(found["value"])
+    return samples
+
+
+def test_prometheus_scrapes_the_figures_in_base_units() -> None:
+    samples = scraped(prometheus(replace(HEALTHY, outputs=(TUIO, FAILING))))
+    assert samples['touchd_frame_latency_seconds{statistic="p99"}'] == pytest.approx(0.0031)
+    assert samples['touchd_state{state="tracking"}'] == 1
+    assert sum(value for key, value in samples.items() if key.startswith("touchd_state{")) == 1
+    assert samples["touchd_surface_distance_meters"] == pytest.approx(0.8214)
+    assert samples["touchd_frames_total"] == 241201
+    assert samples["touchd_resident_memory_bytes"] == 86_400_000
+    assert samples['touchd_area_origin{origin="alignment"}'] == 1
+    labels = 'output="1",name="tuio to a:3333, b:3333",destination="b:3333",destination_index="1"'
+    assert samples[f"touchd_output_failed_total{{{labels}}}"] == 7
+    assert samples['touchd_output_sent_total{output="0",name="tuio to 127.0.0.1:3333"}'] == 20314
+
+
+def test_prometheus_gets_no_sample_for_what_is_not_known() -> None:
+    bare = replace(HEALTHY, state=None, memory_bytes=None, surface=None, area=None, outputs=())
+    samples = scraped(prometheus(replace(bare, source=replace(SOURCE, fps=None, latency_p99_ms=None))))
+    assert "touchd_frames_per_second" not in samples
+    assert "touchd_resident_memory_bytes" not in samples
+    assert [key for key in samples if re.search('touchd_surface|touchd_area|touchd_output|"p99"', key)] == []
+    assert sum(value for key, value in samples.items() if key.startswith("touchd_state{")) == 0
+
+
+@given(name=st.text(), sent=st.integers(0, 10**15), fps=st.none() | st.floats(0, 1e6))
+@settings(deadline=None)
+def test_prometheus_can_read_whatever_names_and_figures_there_are(name: str, sent: int, fps: float | None) -> None:
+    status = replace(
+        HEALTHY, source=replace(SOURCE, name=name, fps=fps), outputs=(replace(TUIO, sent=sent, name=name),)
+    )
+    samples = scraped(prometheus(status))
+    assert sent in samples.values()
+    escaped = name.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n")
+    assert any(f'source="{escaped}"' in key for key in samples)
