@@ -7,15 +7,15 @@ from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import replace
 from importlib.metadata import version
-from pathlib import Path
 
 from touchd.align.session import AlignProgress, AlignSession
 from touchd.control.protocol import Progress
 from touchd.errors import ExitCode
+from touchd.memory import resident_bytes
 from touchd.model import State, TouchFrame
 from touchd.outputs.output import Output
 from touchd.outputs.tuio_udp import TuioUdpOutput
-from touchd.service import Service
+from touchd.service import Service, Stopping
 from touchd.status.data import (
     AreaFacts,
     ConfigFacts,
@@ -50,14 +50,14 @@ class ServiceControls:
             pid=os.getpid(),
             time_s=time.time(),
             started_s=self._started_s,
-            memory_bytes=_resident_bytes(),
+            memory_bytes=resident_bytes(),
             state=seen.state,
             state_since_s=seen.since_s,
             why=seen.why,
             cursors=seen.cursors,
             touches=seen.touches,
             config=ConfigFacts(
-                None if service.config_path is None else str(service.config_path),
+                None if service.config_path is None else str(service.config_path.absolute()),
                 service.problem,
                 service.problem_since_s,
             ),
@@ -123,7 +123,8 @@ class ServiceControls:
             kept_in = service.on_main_thread(lambda: service.keep_alignment(found))
             yield replace(progress, kept_in=kept_in)
         finally:
-            service.on_main_thread(service.end_aligning)
+            with suppress(Stopping):
+                service.on_main_thread(service.end_aligning)
 
 
 def _put_or_drop(frames: "queue.Queue[TouchFrame]") -> Callable[[TouchFrame], None]:
@@ -132,12 +133,3 @@ def _put_or_drop(frames: "queue.Queue[TouchFrame]") -> Callable[[TouchFrame], No
             frames.put_nowait(frame)
 
     return put
-
-
-def _resident_bytes() -> int | None:
-    """Return the memory that this process has in RAM, from Linux's /proc; None elsewhere."""
-    try:
-        pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
-    except (OSError, ValueError, IndexError):
-        return None
-    return pages * os.sysconf("SC_PAGE_SIZE")

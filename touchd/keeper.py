@@ -10,6 +10,7 @@ from touchd.align.file import ALIGNMENT_FILE, load_alignment, save_alignment
 from touchd.assemble import highest_fseq
 from touchd.daemon import Daemon
 from touchd.errors import StateError
+from touchd.memory import give_back
 from touchd.model import Sensor, Surface
 from touchd.pipeline import Pipeline
 from touchd.state import FSEQ_FILE, SURFACE_FILE, FseqStore, load_surface, save_surface
@@ -81,6 +82,7 @@ class Keeper:
             for line in ready.lines():
                 log.info("%s", line)
             self._try(lambda: save_surface(self._folder / SURFACE_FILE, surface), "the surface is not kept")
+            give_back()
         fseq = highest_fseq(daemon.outputs)
         if fseq > self._fseq - _FSEQ_AHEAD // 2:
             self.keep_fseq(fseq + _FSEQ_AHEAD)

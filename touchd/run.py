@@ -39,6 +39,7 @@ def run(config_path: Path | None) -> None:
         try:
             _until_stopped(service, Heart(Notifier(os.environ), controls))
         finally:
+            service.close_requests()
             service.stop()
             if server is not None:
                 server.stop()

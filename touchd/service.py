@@ -16,9 +16,10 @@ from touchd.config.reload import Changes, changes
 from touchd.config.schema import Config
 from touchd.config.watch import ConfigWatch
 from touchd.daemon import Daemon
-from touchd.errors import CalibrationError, TouchdError
+from touchd.errors import CalibrationError, ExitCode, TouchdError
 from touchd.geometry import whole_picture
 from touchd.keeper import Keeper
+from touchd.memory import give_back
 from touchd.model import TouchFrame
 from touchd.pipeline import MissingArea, Pipeline, PipelineSettings, Ready, prepare
 from touchd.state import instance_of
@@ -27,6 +28,12 @@ from touchd.watcher import Complaints, Seen, Watcher
 log = logging.getLogger(__name__)
 
 T = TypeVar("T")
+
+
+class Stopping(TouchdError):
+    """The daemon is on its way out and takes no more requests."""
+
+    exit_code = ExitCode.TRY_AGAIN
 
 
 class Service:
@@ -43,6 +50,7 @@ class Service:
         self._problem: str | None = None
         self._problem_since_s: float | None = None
         self._aligning = False
+        self._closed = False
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._keeper = Keeper(folder)
         self._watcher = Watcher()
@@ -145,8 +153,16 @@ class Service:
             except TouchdError as error:
                 future.set_exception(error)
 
+        if self._closed:
+            raise Stopping("touchd is stopping")
         self._asked.put(do)
         return future.result(timeout=10.0)
+
+    def close_requests(self) -> None:
+        """Do what was asked so far, and refuse what others ask from now on: the main thread will not look again."""
+        self._closed = True
+        while not self._asked.empty():
+            self._asked.get()()
 
     def recalibrate(self) -> None:
         """Learn the surface anew."""
@@ -234,6 +250,7 @@ class Service:
         self._aligning = False
         self._adopt(self._settings_of(self._config))
         self._daemon.ask(lambda: self._daemon.divert(None))
+        give_back()
 
     def _adopt(self, new: PipelineSettings) -> None:
         """Put settings in force; what takes long is made ready here, the worker only swaps it in."""

@@ -121,6 +121,26 @@ def test_a_bug_in_the_daemon_is_exit_code_70_and_no_more(caplog: pytest.LogCaptu
     assert "a request on the control socket failed" in caplog.text
 
 
+class UntidyControls(QuickControls):
+    """Fails when its calibration is closed."""
+
+    def calibrate(self) -> Generator[Progress]:
+        try:
+            while True:
+                yield Progress(State.CALIBRATING, None)
+        finally:
+            raise TimeoutError("the main thread does not answer")
+
+
+def test_work_that_cannot_be_ended_well_is_logged_and_keeps_nobody_else_out(caplog: pytest.LogCaptureFixture) -> None:
+    answerer = Answerer(UntidyControls())
+    for _ in range(2):
+        replies = answerer.replies(b'{"command": "calibrate"}')
+        assert not next(replies)["done"]
+        replies.close()
+    assert caplog.text.count("a request on the control socket did not end well") == 2
+
+
 @pytest.fixture(scope="module")
 def server() -> Iterator[ControlServer]:
     with tempfile.TemporaryDirectory() as folder:

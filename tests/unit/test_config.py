@@ -30,7 +30,7 @@ source:
   path: recordings/table one
   serial: "0123"
 camera: {fx: 590, fy: 591.5, cx: 320, cy: 240, k1: 0.05, k2: -1e-3}
-calibration: {frames: 1e3, on_start: always, min_share: 0.023}
+calibration: {frames: 1e3, on_start: always, min_share: 0.023, give_up_s: 45}
 area:
   corners_px: [[60, 40], [580.5, 44], [570, 430], [66, 424]]
   size_mm: [800, 600]

@@ -109,5 +109,5 @@ def _obstacle(frame: TouchFrame) -> str | None:
     if frame.state is not State.TRACKING:
         return frame.why or f"touchd is {frame.state.value}"
     if len(frame.cursors) > 1:
-        return f"{len(frame.cursors)} touches are seen: use one finger, steeply, with the rest of the hand high"
+        return f"{len(frame.cursors)} touches are seen: use one finger, with the rest of the hand high"
     return None

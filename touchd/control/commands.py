@@ -11,6 +11,7 @@ from touchd.align.hold import Phase
 from touchd.control.client import fetch_status, request
 from touchd.control.errors import ControlError, Refused
 from touchd.errors import TouchdError
+from touchd.model import State
 from touchd.status.data import Status
 from touchd.status.prometheus import prometheus
 from touchd.status.text import check, status_lines, unreachable
@@ -100,7 +101,8 @@ def calibrate(socket_path: Path) -> Iterator[Line]:
     for progress in request(socket_path, "calibrate"):
         why = f": {progress['why']}" if progress["why"] else ""
         if not progress["done"]:
-            yield Line(f"{progress['state']}{why}")
+            begun = progress["state"] == State.CALIBRATING
+            yield Line(f"calibrating{why}" if begun else f"about to calibrate{why}")
         elif progress["ok"]:
             yield Line(f"calibrated{why}", lasting=True)
         else:
