@@ -21,8 +21,11 @@ from touchd.outputs.udp import UdpSender, parse_destination
 from touchd.pipeline import MissingArea, PipelineSettings
 from touchd.sources.recording import RecordingSource
 from touchd.sources.source import Source
+from touchd.sources.synthetic import SyntheticSource
 
-_BUILT_SOURCES = ("recording",)
+_BUILT_SOURCES = ("recording", "synthetic")
+# The synthetic table stays empty for a second longer than it takes to learn it.
+_SPARE_FRAMES = 30
 
 
 def pipeline_settings(config: Config, calibration_frames: int, missing_area: MissingArea) -> PipelineSettings:
@@ -67,9 +70,11 @@ def open_source(config: Config) -> OpenedSource:
     kind = config.source.kind
     if kind == "recording":
         return _open_recording(config)
+    if kind == "synthetic":
+        return _open_synthetic(config)
     raise SourceError(
         f"source.kind: this version of touchd cannot read from {kind!r}, only from {', '.join(_BUILT_SOURCES)}; "
-        "play a recording with source: {kind: recording, path: FOLDER}"
+        "see hands without a camera with source: {kind: synthetic}"
     )
 
 
@@ -80,6 +85,14 @@ def _open_recording(config: Config) -> OpenedSource:
     frames, note = frames_to_calibrate(config, len(recording))
     source = RecordingSource(recording, config.intrinsics(recording.sensor.intrinsics))
     return OpenedSource(source, frames, None, recording.notes + ((note,) if note else ()))
+
+
+def _open_synthetic(config: Config) -> OpenedSource:
+    if config.was_set("camera"):
+        raise ConfigError("camera: the synthetic table's camera is known; remove the section, or play something else")
+    frames = config.calibration.frames
+    source = SyntheticSource(config.source.scenario, config.source.seed, empty_frames=frames + _SPARE_FRAMES)
+    return OpenedSource(source, frames, source.area, ())
 
 
 class OutputMaker:

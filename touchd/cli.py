@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from touchd.errors import ExitCode, TouchdError, UsageError
+from touchd.table.scenario_names import DEFAULT_SCENARIO, SCENARIOS
 
 if TYPE_CHECKING:
     from types import FrameType
@@ -60,6 +61,19 @@ def _parser() -> argparse.ArgumentParser:
 
     run = commands.add_parser("run", help="run the daemon until Ctrl-C or SIGTERM")
     run.set_defaults(command=_run)
+
+    demo = commands.add_parser("demo", help="see touches of hands over a synthetic table, without a camera")
+    demo.add_argument(
+        "--to", default="127.0.0.1:3333", metavar="HOST:PORT", help="where TUIO is sent (default 127.0.0.1:3333)"
+    )
+    demo.add_argument(
+        "--scenario",
+        choices=tuple(SCENARIOS),
+        default=DEFAULT_SCENARIO,
+        help="; ".join(f"{name}: {meaning}" for name, meaning in SCENARIOS.items()),
+    )
+    demo.add_argument("--seed", type=int, default=1, metavar="N", help="another number, another table (default 1)")
+    demo.set_defaults(command=_demo)
 
     replay = commands.add_parser("replay", help="find the touches in a recording, frame by frame")
     replay.add_argument("path", type=Path, metavar="PATH", help="the recording's folder")
@@ -146,6 +160,12 @@ def _run(options: argparse.Namespace) -> None:
     path = find_config_path(options.config, os.environ, os.getuid())
     logging.getLogger(__name__).info("touchd %s, config: %s", version("touchd"), path or "defaults")
     run(path)
+
+
+def _demo(options: argparse.Namespace) -> None:
+    from touchd.demo.run import DemoOptions, demo
+
+    demo(DemoOptions(options.to, options.scenario, options.seed), sys.stdout, os.environ)
 
 
 def _replay(options: argparse.Namespace) -> None:

@@ -3,13 +3,14 @@ import re
 from pathlib import Path
 
 import pytest
-from touchd.config.describe import all_keys, expectation, extra, field_at, section_in, takes
+from touchd.config.describe import all_keys, choices, expectation, extra, field_at, section_in, takes
 from touchd.config.load import load_config, parse_config
 from touchd.config.schema import Config
 from touchd.config.yaml_marks import plain_value
 from touchd.contacts.settings import BlobSettings
 from touchd.model import AreaCorners, Intrinsics
 from touchd.surface.settings import CalibrationSettings, ShellSettings
+from touchd.table.scenario_names import SCENARIOS
 from touchd.tracking.settings import TrackingSettings
 
 REPOSITORY = Path(__file__).parents[2]
@@ -76,7 +77,7 @@ def test_every_key_reaches_the_stage_it_is_for() -> None:
     assert config.source.serial == "0123"
     assert config.calibration.on_start == "always"
     assert config.intrinsics(Intrinsics(1, 2, 3, 4)) == Intrinsics(590, 591.5, 320, 240, 0.05, -0.001)
-    assert config.calibration_settings() == CalibrationSettings(frames=1000, min_share=0.023)
+    assert config.calibration_settings() == CalibrationSettings(frames=1000, min_share=0.023, give_up_s=45.0)
     assert config.shell_settings() == ShellSettings(near_mm=4, far_mm=None, delta_raw=4)
     assert config.blob_settings() == BlobSettings(
         boxcar_px=13, threshold=0.61, keep_threshold=0.31, min_area_mm2=31, max_area_mm2=907
@@ -203,7 +204,13 @@ def test_every_key_has_a_meaning_a_reload_tag_a_default_and_numbers_a_range(path
     assert extra(field, "reload") in {"live", "source", "restart"}
     assert not field.is_required() or path in {("area", "corners_px"), ("outputs", "events", "path")}
     if path != ("version",) and (takes(field, float) or takes(field, int)):
-        assert extra(field, "unit") or path[0] == "camera"
+        assert extra(field, "unit") or path[0] == "camera" or path == ("source", "seed")
         assert re.search(r" from -?[0-9.]+ to [0-9.]+$", expectation(field))
     if section_in(field.annotation) is None and field.default is None:
         assert field.examples
+
+
+def test_the_config_knows_the_scenarios_that_there_are() -> None:
+    field = field_at(("source", "scenario"))
+    assert field is not None
+    assert set(choices(field)) == set(SCENARIOS)

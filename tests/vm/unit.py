@@ -7,7 +7,7 @@ import pytest
 
 from vm.machine import Machine
 
-PATIENCE_S = 60.0
+PATIENCE_S = 30.0
 _LOOK_S = 0.1
 
 

@@ -6,6 +6,7 @@ from pydantic import AfterValidator, Field
 
 from touchd.config.checks import check_corners
 from touchd.config.section import Expects, FilePath, Section, field
+from touchd.table.scenario_names import DEFAULT_SCENARIO
 
 _Px = Annotated[float, Field(ge=-1000, le=5000)]
 _Corner = tuple[_Px, _Px]
@@ -22,6 +23,12 @@ class Source(Section):
         "Which camera, by its serial number, where several are connected",
         "source",
         example="A00364A04287049A",
+    )
+    scenario: Literal["mixed", "taps", "drag", "pinch", "ten", "two-hands", "hover", "circles"] = field(
+        DEFAULT_SCENARIO, "What the hands over the synthetic table do", "source"
+    )
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = field(
+        1, "Which synthetic table: another number draws another one, with other hands", "source"
     )
 
 

@@ -60,7 +60,8 @@ class FrameRing:
         self._filled, filled = os.pipe()
         freed, self._freed = os.pipe()
         self.ends = RingEnds(memory, filled, freed, width, height)
-        self._pictures = _pictures(self.ends, mmap.PROT_READ)
+        self._memory = _mapped(self.ends, mmap.PROT_READ)
+        self._pictures = _pictures(self.ends, self._memory)
 
     def handed_over(self) -> None:
         """Let go of the child's ends once the child has them, so that its end can be seen."""
@@ -85,6 +86,8 @@ class FrameRing:
 
     def close(self) -> None:
         """Let go of the ring; a child that is still there finds nobody to take its frames."""
+        del self._pictures
+        self._memory.close()
         os.close(self._filled)
         os.close(self._freed)
 
@@ -94,7 +97,7 @@ class RingWriter:
 
     def __init__(self, ends: RingEnds) -> None:
         self._ends = ends
-        self._pictures = _pictures(ends, mmap.PROT_READ | mmap.PROT_WRITE)
+        self._pictures = _pictures(ends, _mapped(ends, mmap.PROT_READ | mmap.PROT_WRITE))
         self._free = list(range(SLOTS))
 
     @property
@@ -121,7 +124,10 @@ class RingWriter:
             raise ReaderGone from error
 
 
-def _pictures(ends: RingEnds, protection: int) -> NDArray[np.uint16]:
+def _mapped(ends: RingEnds, protection: int) -> mmap.mmap:
+    return mmap.mmap(ends.memory, SLOTS * ends.width * ends.height * 2, prot=protection)
+
+
+def _pictures(ends: RingEnds, memory: mmap.mmap) -> NDArray[np.uint16]:
     """Return the slots (SLOTS, H, W); the memory is kept for as long as the array."""
-    memory = mmap.mmap(ends.memory, SLOTS * ends.width * ends.height * 2, prot=protection)
     return np.frombuffer(memory, np.uint16).reshape(SLOTS, ends.height, ends.width)
