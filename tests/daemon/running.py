@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from clients.harness import PATIENCE_S as PATIENCE_S
-
+from clients.harness import PATIENCE_S
 
 TOUCHD = (sys.executable, "-m", "touchd")
 # May read everything, as the Python of a root's home is not everyone's to read, and write nothing.

@@ -2,8 +2,6 @@
 
 import itertools
 import json
-import tempfile
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,28 +22,8 @@ from daemon.fake_daemon import (
     STATUS,
     FakeControls,
     answers,
-    serving,
     wait_until,
 )
-
-
-@pytest.fixture
-def folder() -> Iterator[Path]:
-    """A folder that is open to everybody, unlike pytest's own."""
-    with tempfile.TemporaryDirectory() as name:
-        Path(name).chmod(0o755)
-        yield Path(name)
-
-
-@pytest.fixture
-def controls() -> FakeControls:
-    return FakeControls()
-
-
-@pytest.fixture
-def path(folder: Path, controls: FakeControls) -> Iterator[Path]:
-    with serving(folder / "control.sock", controls) as server:
-        yield server.path
 
 
 def test_the_status_comes_through_the_socket_in_every_form(path: Path) -> None:

@@ -2,9 +2,7 @@
 
 import json
 import socket
-import tempfile
 import threading
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,25 +13,6 @@ from touchd.control.server import ControlServer
 
 from clients.harness import PATIENCE_S
 from daemon.fake_daemon import PATIENT, STATUS, FakeControls, answers, connected, serving, wait_until
-
-
-@pytest.fixture
-def folder() -> Iterator[Path]:
-    """A folder that is open to everybody, unlike pytest's own."""
-    with tempfile.TemporaryDirectory() as name:
-        Path(name).chmod(0o755)
-        yield Path(name)
-
-
-@pytest.fixture
-def controls() -> FakeControls:
-    return FakeControls()
-
-
-@pytest.fixture
-def path(folder: Path, controls: FakeControls) -> Iterator[Path]:
-    with serving(folder / "control.sock", controls) as server:
-        yield server.path
 
 
 def _takes(client: socket.socket, more: bytes) -> bool:

@@ -5,8 +5,6 @@ import socket
 import stat
 import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -18,25 +16,6 @@ from touchd.errors import AlreadyRunning
 from touchd.state import instance_of
 
 from daemon.fake_daemon import STATUS, STRANGER, FakeControls, serving
-
-
-@pytest.fixture
-def folder() -> Iterator[Path]:
-    """A folder that is open to everybody, unlike pytest's own."""
-    with tempfile.TemporaryDirectory() as name:
-        Path(name).chmod(0o755)
-        yield Path(name)
-
-
-@pytest.fixture
-def controls() -> FakeControls:
-    return FakeControls()
-
-
-@pytest.fixture
-def path(folder: Path, controls: FakeControls) -> Iterator[Path]:
-    with serving(folder / "control.sock", controls) as server:
-        yield server.path
 
 
 def test_the_socket_of_a_dead_daemon_is_replaced(folder: Path, controls: FakeControls) -> None:

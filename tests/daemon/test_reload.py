@@ -1,27 +1,10 @@
 """Edits of the config file while the daemon runs."""
 
 import signal
-from collections.abc import Iterator
 from pathlib import Path
-
-import pytest
 
 from clients.harness import PythonTuio
 from daemon.running import running, wait_until
-
-
-@pytest.fixture
-def client() -> Iterator[PythonTuio]:
-    with PythonTuio() as client:
-        yield client
-
-
-@pytest.fixture
-def config(short_recording: Path, client: PythonTuio, tmp_path: Path) -> Path:
-    path = tmp_path / "touchd.yaml"
-    text = (short_recording.parent / "touchd.yaml").read_text()
-    path.write_text(f'{text}\noutputs: [{{tuio: {{to: ["{client.destination}"]}}}}]\n')
-    return path
 
 
 def test_a_saved_edit_is_in_force_without_a_signal_and_says_what_it_changed(config: Path, tmp_path: Path) -> None:

@@ -1,25 +1,10 @@
 import signal
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from clients.harness import PATIENCE_S, PythonTuio
 from daemon.running import running, wait_until
-
-
-@pytest.fixture
-def client() -> Iterator[PythonTuio]:
-    with PythonTuio() as client:
-        yield client
-
-
-@pytest.fixture
-def config(short_recording: Path, client: PythonTuio, tmp_path: Path) -> Path:
-    path = tmp_path / "touchd.yaml"
-    text = (short_recording.parent / "touchd.yaml").read_text()
-    path.write_text(f'{text}\noutputs: [{{tuio: {{to: ["{client.destination}"]}}}}]\n')
-    return path
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -89,4 +74,6 @@ def test_a_source_that_is_not_built_yet_is_exit_code_69(tmp_path: Path) -> None:
     (tmp_path / "touchd.yaml").write_text("source: {kind: realsense}\n")
     with running(tmp_path / "touchd.yaml", tmp_path / "state") as daemon:
         assert daemon.process.wait(PATIENCE_S) == 69
-        daemon.wait_for("source.kind: this version of touchd cannot read from 'realsense', only from recording, synthetic")
+        daemon.wait_for(
+            "source.kind: this version of touchd cannot read from 'realsense', only from recording, synthetic"
+        )

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from daemon.running import PATIENCE_S, running
+from clients.harness import PATIENCE_S
+from daemon.running import running
 
 # Lines of the log that tell where the daemon is, in their order.
 MOMENTS = ("touchd 0.", "source: ", "state: calibrating", "state: tracking")

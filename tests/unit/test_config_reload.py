@@ -2,7 +2,6 @@ import os
 from pathlib import Path
 
 import pytest
-
 from touchd.config.load import parse_config
 from touchd.config.reload import changes
 from touchd.config.watch import ConfigWatch

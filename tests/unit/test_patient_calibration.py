@@ -2,7 +2,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from touchd.geometry import KINECT_INVALID, kinect_v1_sensor
 from touchd.model import Frame, State
 from touchd.pipeline import Pipeline, PipelineSettings
@@ -12,9 +11,7 @@ SENSOR = replace(kinect_v1_sensor(), size=(64, 48))
 FRAME_NS = 33_333_333
 FRAMES = 10
 GIVE_UP_FRAMES = 60
-SETTINGS = PipelineSettings(
-    calibration=CalibrationSettings(frames=FRAMES, give_up_s=GIVE_UP_FRAMES * FRAME_NS / 1e9)
-)
+SETTINGS = PipelineSettings(calibration=CalibrationSettings(frames=FRAMES, give_up_s=GIVE_UP_FRAMES * FRAME_NS / 1e9))
 
 
 class Scene:

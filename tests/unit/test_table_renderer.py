@@ -1,7 +1,7 @@
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from touchd.geometry import Doubles, rays, undistort
 from touchd.model import Intrinsics
@@ -87,6 +87,7 @@ radii = st.floats(6.0, 50.0)
 
 @settings(deadline=None, max_examples=30)
 @given(points, points, radii, radii)
+@example((0.0, 0.0, 0.0), (0.0, 0.0, 1e-102), 6.0, 6.0)
 def test_any_capsule_looks_like_the_many_balls_it_is_made_of(
     a: tuple[float, float, float], b: tuple[float, float, float], radius_a: float, radius_b: float
 ) -> None:

@@ -123,7 +123,8 @@ class Machine:
 @contextlib.contextmanager
 def booted(log: IO[bytes], binds: dict[Path, str]) -> Iterator[Machine]:
     """Boot a machine from a copy of the Debian; ``binds`` says which folders of this computer are where, read-only."""
-    what = [f"--bind-ro={here}:{there}" for here, there in binds.items()]
+    # The machine's own root is below the repository: with what is mounted in a folder it would be in itself.
+    what = [f"--bind-ro={here}:{there}:norbind" for here, there in binds.items()]
     # Not registered and in no unit of its own: it must also boot where no systemd runs.
     how = ["--boot", "--private-network", "--register=no", "--keep-unit", "--console=pipe", "--machine=touchd-test"]
     how += ["--capability=CAP_BPF", "--system-call-filter=bpf"]  # by which systemd enforces DevicePolicy

@@ -79,7 +79,7 @@ def _title(view: DemoView, signs: Signs) -> Line:
 
 
 def _hint(view: DemoView) -> str:
-    return f"Ctrl-C ends it. A TUIO program that listens on {view.destination} sees these touches."
+    return f"Ctrl-C ends it. Any TUIO client on {view.destination} sees these touches."
 
 
 def _status(view: DemoView) -> Line:

@@ -59,7 +59,7 @@ def pieces(solid: Solid) -> list[tuple[Point, Point, float, float]]:
 def depth_of(swept: Swept, x: Floats, y: Floats, length2: Floats) -> Floats:
     """Return the depth at which rays (x, y, 1) of squared length ``length2`` meet a solid, NaN where they miss."""
     with np.errstate(invalid="ignore"):  # the root of a negative number is how a ray says that it misses
-        if swept.room <= 0.0:  # one end's ball holds the other's
+        if swept.room <= _TINY:  # one end's ball holds the other's
             centre, radius = swept.larger_end()
             return _sphere(_dot(x, y, centre), length2, float(centre @ centre) - radius * radius)
         return _capsule(_dot(x, y, swept.start), _dot(x, y, swept.along), length2, swept)
