@@ -3,13 +3,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from touchd.assemble import OutputMaker, instance_of
+from touchd.assemble import OutputMaker
 from touchd.config.load import parse_config
 from touchd.config.schema import Config
 from touchd.errors import UsageError
 from touchd.lift import lift
 from touchd.model import Cursor, State, TouchFrame
 from touchd.outputs.tuio_udp import TuioUdpOutput
+from touchd.state import instance_of
 
 from clients.bundles import Mailbox, read_bundle
 from clients.harness import Client, OscDump, PythonTuio
