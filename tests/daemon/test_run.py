@@ -77,3 +77,22 @@ def test_a_source_that_is_not_built_yet_is_exit_code_69(tmp_path: Path) -> None:
         daemon.wait_for(
             "source.kind: this version of touchd cannot read from 'realsense', only from recording, synthetic"
         )
+
+
+def test_killed_in_the_middle_of_a_touch_and_started_again_no_touch_is_stuck_or_doubled(
+    config: Path, client: PythonTuio, tmp_path: Path
+) -> None:
+    with running(config, tmp_path / "state") as daemon:
+        wait_until(lambda: bool(client.log.left_over()))
+        daemon.process.kill()
+        daemon.process.wait(PATIENCE_S)
+    client.sync()
+    stuck = client.log.left_over()
+    with running(config, tmp_path / "state") as daemon:
+        wait_until(lambda: not client.log.left_over() & stuck)
+        seen = len(client.log.adds)
+        wait_until(lambda: len(client.log.adds) >= seen + 3)
+        assert daemon.end(signal.SIGTERM) == 0
+    client.sync()
+    assert client.log.left_over() == set()
+    assert len(set(client.log.adds)) == len(client.log.adds)
