@@ -175,11 +175,14 @@ def _replay(options: argparse.Namespace) -> None:
     def stop(_signal: int, _frame: "FrameType | None") -> None:
         raise KeyboardInterrupt
 
-    signal.signal(signal.SIGTERM, stop)
+    before = signal.signal(signal.SIGTERM, stop)
     config = load_config(find_config_path(options.config, os.environ, os.getuid()))
     speed = options.speed if "speed" in options else (None if options.events else 1.0)
     wanted = ReplayOptions(options.path, options.events, options.surface, speed, options.send)
-    replay_recording(config, wanted, on_touch=_nowhere if options.events else _at_once, on_note=_to_stderr)
+    try:
+        replay_recording(config, wanted, on_touch=_nowhere if options.events else _at_once, on_note=_to_stderr)
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _at_once(line: str) -> None:

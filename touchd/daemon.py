@@ -71,11 +71,12 @@ class Daemon:
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._stopping = threading.Event()
         self._error: BaseException | None = None
-        self._retired: Source | None = None
+        # The source that was asked for last; the worker may not have come to it yet.
+        self._wanted = source
         self._tap: Callable[[TouchFrame], None] | None = None
         self._beat_s = time.monotonic()
         self._capture = self._capture_thread(source)
-        self._worker = threading.Thread(target=self._guarded, args=(self._work,), name="worker")
+        self._worker = threading.Thread(target=self._guarded, args=(self._work,), name="worker", daemon=True)
 
     @property
     def source(self) -> Source:
@@ -147,16 +148,19 @@ class Daemon:
 
     def change_source(self, source: Source, pipeline: Pipeline) -> None:
         """Take frames from another source, through a pipeline of its own; every touch ends."""
-        self._retired = self._source
-        self._source.close()
+        before, self._wanted = self._wanted, source
+        before.close()
         self._capture.join(_JOIN_S)
 
         def change() -> None:
+            if source is not self._wanted:
+                return
             self._slot.take(0.0)
             self._publish(self._pipeline.stall(time.monotonic_ns()))
             self._source, self._pipeline = source, pipeline
-            self._capture = self._capture_thread(source)
-            self._capture.start()
+            capture = self._capture_thread(source)
+            capture.start()
+            self._capture = capture
 
         self.ask(change)
 
@@ -165,6 +169,7 @@ class Daemon:
         self._stopping.set()
         if self._worker.is_alive():
             self._join(self._worker)
+        self._wanted.close()
         self._source.close()
         if self._capture.is_alive():
             self._join(self._capture)
@@ -176,7 +181,10 @@ class Daemon:
             self._error = TouchdError(f"the {thread.name} thread did not stop within {_JOIN_S:.0f} s")
 
     def _capture_thread(self, source: Source) -> threading.Thread:
-        return threading.Thread(target=self._guarded, args=(lambda: self._capture_frames(source),), name="capture")
+        # A thread that will not end must not keep the process: stop() tells of it.
+        return threading.Thread(
+            target=self._guarded, args=(lambda: self._capture_frames(source),), name="capture", daemon=True
+        )
 
     def _guarded(self, job: Callable[[], None]) -> None:
         try:
@@ -188,7 +196,7 @@ class Daemon:
     def _capture_frames(self, source: Source) -> None:
         for frame in source.frames():
             self._slot.put(frame, time.monotonic_ns())
-        if source is not self._retired and not self._stopping.is_set():
+        if source is self._wanted and not self._stopping.is_set():
             raise SourceError(f"{source.name}: the source ended; start touchd again")
 
     def _work(self) -> None:

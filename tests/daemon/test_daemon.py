@@ -144,6 +144,24 @@ def test_a_source_that_ends_by_itself_is_an_error(daemon: Daemon, source: HandSo
     assert str(error) == "a test: the source ended; start touchd again"
 
 
+def test_of_two_new_sources_in_quick_succession_only_the_last_is_played(
+    daemon: Daemon, source: HandSource, notes: Notes
+) -> None:
+    daemon.start()
+    source.given.put(frame(0))
+    notes.wait_for_state(State.NO_SURFACE)
+    first, last = HandSource(), HandSource()
+    for new in (first, last):
+        daemon.change_source(new, Pipeline(SENSOR, PipelineSettings(), "another"))
+    last.given.put(frame(77))
+    with notes.changed:
+        assert notes.changed.wait_for(lambda: any(f.index == 77 for f in notes.frames), PATIENCE_S)
+    assert daemon.source is last
+    assert daemon.stop() is None
+    alive = [thread.name for thread in threading.enumerate() if thread.name in {"capture", "worker"}]
+    assert alive == []
+
+
 def test_a_bug_on_the_worker_thread_stops_the_daemon_and_still_closes_outputs(source: HandSource, notes: Notes) -> None:
     def fail(_: TouchFrame) -> None:
         raise ZeroDivisionError
