@@ -66,7 +66,7 @@ class ServiceControls:
                 daemon.source.name,
                 config.source.kind,
                 daemon.source.waiting,
-                0,
+                daemon.source.reconnects,
                 metrics,
                 self._rises.note("dropped", metrics.dropped, now_s),
             ),

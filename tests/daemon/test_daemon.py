@@ -38,6 +38,10 @@ class HandSource:
     def waiting(self) -> str | None:
         return None
 
+    @property
+    def reconnects(self) -> int:
+        return 0
+
     def frames(self) -> Iterator[Frame]:
         while (item := self.given.get()) is not None:
             if isinstance(item, Exception):

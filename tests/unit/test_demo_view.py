@@ -234,6 +234,10 @@ class ThreeFrames:
     def sensor(self) -> Sensor:
         return SENSOR
 
+    @property
+    def reconnects(self) -> int:
+        return 0
+
     def frames(self) -> Iterator[Frame]:
         return iter([Frame(index, index, np.zeros((2, 2), np.uint16)) for index in (0, 1, 4)])
 

@@ -38,6 +38,11 @@ class WatchedSource:
         """What the source waits for."""
         return self._source.waiting
 
+    @property
+    def reconnects(self) -> int:
+        """How often the source was found again."""
+        return self._source.reconnects
+
     def frames(self) -> Iterator[Frame]:
         """Yield the source's frames."""
         due = 0

@@ -34,6 +34,11 @@ class RecordingSource:
         """None: a recording never keeps anyone waiting."""
         return None
 
+    @property
+    def reconnects(self) -> int:
+        """None so far and ever: it cannot be lost."""
+        return 0
+
     def frames(self) -> Iterator[Frame]:
         """Yield each frame when it is due. Raises RecordingError if a file was damaged meanwhile."""
         begun_ns = time.monotonic_ns()

@@ -21,6 +21,10 @@ class Source(Protocol):
     def waiting(self) -> str | None:
         """What the source knowingly waits for, in words; None when frames should flow."""
 
+    @property
+    def reconnects(self) -> int:
+        """How many times the source was lost and found again since it was opened."""
+
     def frames(self) -> Iterator[Frame]:
         """Yield frames as they come, waiting for each, until closed. Raises SourceError, also if there are no more."""
 

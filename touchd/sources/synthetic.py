@@ -68,6 +68,11 @@ class SyntheticSource:
         """The active area's width and height."""
         return AREA.size_mm
 
+    @property
+    def reconnects(self) -> int:
+        """None so far and ever: it cannot be lost."""
+        return 0
+
     def frames(self) -> Iterator[Frame]:
         """Yield frames until closed, from the show's beginning. Raises SourceError if the renderer ends by itself."""
         ring = self._ring()
