@@ -11,7 +11,7 @@ import traceback
 from collections.abc import Callable, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
 from touchd.errors import ExitCode, TouchdError, UsageError
 from touchd.table.scenario_names import DEFAULT_SCENARIO, SCENARIOS
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from types import FrameType
 
     from touchd.control.commands import Terminal
+
+    Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
 
 # The commands import what they need when they run, so that --version or a wrong word need not wait for numpy.
 
@@ -59,6 +61,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--version", action="version", version=f"touchd {version('touchd')}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
 
+    _add_players(commands)
+    _add_daemons(commands)
+    _add_tools(commands)
+    return parser
+
+
+def _add_players(commands: "Commands") -> None:
+    """Add the commands that turn frames into touches."""
     run = commands.add_parser("run", help="run the daemon until Ctrl-C or SIGTERM")
     run.set_defaults(command=_run)
 
@@ -88,7 +98,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     replay.add_argument("--send", action="store_true", help="also send to the configured outputs")
     replay.set_defaults(command=_replay)
+    _takes_config(run, replay)
 
+
+def _add_daemons(commands: "Commands") -> None:
+    """Add the commands that talk to a running daemon, or clean up after one."""
     status = commands.add_parser("status", help="say how the running daemon fares")
     form = status.add_mutually_exclusive_group()
     form.add_argument("--json", dest="form", action="store_const", const="json", help="as JSON")
@@ -114,20 +128,27 @@ def _parser() -> argparse.ArgumentParser:
         "--to", action="append", default=[], metavar="HOST:PORT", help="a client (default: those of the config)"
     )
     lift.set_defaults(command=_lift)
+    _takes_config(lift)
 
+
+def _add_tools(commands: "Commands") -> None:
+    """Add the commands about the config and this machine."""
     check = commands.add_parser("check-config", help="say whether the config file is right, and what is wrong")
     check.set_defaults(command=_check_config)
     show = commands.add_parser("show-config", help="print all settings in force and where each comes from")
     show.set_defaults(command=_show_config)
-    for command in (run, replay, check, show, lift):
-        command.add_argument("--config", type=Path, metavar="FILE", help="the config file (default: see README)")
+    _takes_config(check, show)
 
     bench = commands.add_parser("bench", help="measure this machine against touchd's time budgets")
     bench.add_argument(
         "--seconds", type=_seconds, default=10.0, metavar="S", help="length of each paced run (default 10)"
     )
     bench.set_defaults(command=_bench)
-    return parser
+
+
+def _takes_config(*commands: argparse.ArgumentParser) -> None:
+    for command in commands:
+        command.add_argument("--config", type=Path, metavar="FILE", help="the config file (default: see README)")
 
 
 def _speed(text: str) -> float | None:
