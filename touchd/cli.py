@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from touchd.control.commands import Terminal
 
-    Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"
+    Commands: TypeAlias = "argparse._SubParsersAction[_Parser]"  # noqa: SLF001  it has no public name
 
 # The commands import what they need when they run, so that --version or a wrong word need not wait for numpy.
 
