@@ -222,7 +222,9 @@ class Daemon:
                 self._metrics.note(arrived_ns, time.monotonic_ns())
                 continue
             silent_s = time.monotonic() - last_seen_s
-            if silent_s >= self._stall_s and not stalled:
+            # A source that is still being set up has not stalled.
+            setting_up = self._source.waiting is not None and not self._metrics.frames
+            if silent_s >= self._stall_s and not stalled and not setting_up:
                 stalled = True
                 self._publish(self._pipeline.stall(last_t_ns + int(silent_s * 1e9)))
             for output in self._outputs:

@@ -26,6 +26,11 @@ class FrameMetrics:
         self._frames = 0
         self._recent: deque[tuple[int, int]] = deque(maxlen=_WINDOW)
 
+    @property
+    def frames(self) -> int:
+        """How many frames were noted."""
+        return self._frames
+
     def note(self, arrived_ns: int, done_ns: int) -> None:
         """Note a frame by the monotonic times of its arrival and of its results' being handed over."""
         self._frames += 1
