@@ -26,7 +26,7 @@ from touchd.tracking.tracker import Tracker
 # Given and measured sizes of the area that differ by more than this mean wrong camera constants.
 _SIZE_TOLERANCE = 0.03
 # Blobs are looked for this far outside the area, so that a finger on its border is seen whole.
-_MARGIN_MM = 30.0
+_MARGIN_MM = 20.0
 
 
 class MissingArea(StrEnum):
