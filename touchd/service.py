@@ -11,6 +11,7 @@ from typing import TypeVar
 
 from touchd.align.alignment import Alignment, AreaOrigin, KeptAlignment, area_in_force
 from touchd.assemble import OpenedSource, OutputMaker, highest_fseq, open_source, pipeline_settings
+from touchd.claims import DestinationClaims
 from touchd.config.load import load_config
 from touchd.config.reload import Changes, changes
 from touchd.config.schema import Config
@@ -55,6 +56,7 @@ class Service:
         self._keeper = Keeper(folder)
         self._watcher = Watcher()
         self._complaints = Complaints()
+        self._claims = DestinationClaims()
         self._maker = OutputMaker(instance_of(folder), self._keeper.stored_fseq())
         self._opened = _open(self._config)
         source = self._opened.source
@@ -124,10 +126,12 @@ class Service:
         """Begin with the stored surface or a calibration, as ``calibration.on_start`` says, and run."""
         self._begin_with_surface(self._daemon.pipeline, self._config)
         self._daemon.start()
+        self._warn_of_shared_destinations()
 
     def stop(self) -> None:
         """End every touch and stop. Raises what a thread of the daemon ended with."""
         error = self._daemon.stop()
+        self._claims.release()
         self._keeper.keep_fseq(highest_fseq(self._daemon.outputs))
         metrics = self._daemon.metrics()
         log.info("stopped after %d frames, %d dropped", metrics.frames, metrics.dropped)
@@ -189,6 +193,7 @@ class Service:
             raise
         self._problem = self._problem_since_s = None
         self._config = new
+        self._warn_of_shared_destinations()
         return what.sentence()
 
     def _apply(self, new: Config, what: Changes) -> None:
@@ -270,6 +275,15 @@ class Service:
 
         self._settings = new
         self._daemon.ask(swap)
+
+    def _warn_of_shared_destinations(self) -> None:
+        destinations = [to for item in self._config.outputs if item.tuio is not None for to in item.tuio.to]
+        for shared in self._claims.hold(destinations):
+            log.warning(
+                "another touchd on this computer sends to %s, too, and most clients cannot tell two senders apart: "
+                "give each a port of its own",
+                shared,
+            )
 
     def _begin_with_surface(self, pipeline: Pipeline, config: Config) -> None:
         surface = None if config.calibration.on_start == "always" else self._keeper.stored_surface(pipeline)

@@ -96,3 +96,12 @@ def test_killed_in_the_middle_of_a_touch_and_started_again_no_touch_is_stuck_or_
     client.sync()
     assert client.log.left_over() == set()
     assert len(set(client.log.adds)) == len(client.log.adds)
+
+
+def test_two_daemons_that_send_to_one_port_are_warned_of(config: Path, tmp_path: Path) -> None:
+    with running(config, tmp_path / "one") as first:
+        first.wait_for("state:")
+        with running(config, tmp_path / "two") as second:
+            second.wait_for("another touchd on this computer sends to 127.0.0.1:")
+            assert second.end(signal.SIGTERM) == 0
+        assert first.end(signal.SIGTERM) == 0
