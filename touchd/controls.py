@@ -96,6 +96,10 @@ class ServiceControls:
         self._service.recalibrate()
         while pipeline.calibrations_ended == before:
             seen = self._service.seen
+            if self._service.daemon.pipeline is not pipeline:
+                why = "the source was changed meanwhile; calibrate again"
+                yield Progress(seen.state or State.CALIBRATING, why, done=True, exit_code=ExitCode.TRY_AGAIN)
+                return
             if seen.state is State.NO_SURFACE and seen.why and pipeline.calibration_is_late:
                 yield Progress(seen.state, seen.why, done=True, exit_code=ExitCode.TRY_AGAIN)
                 return
