@@ -5,19 +5,21 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from ipaddress import IPv4Address
-from pathlib import Path
 
+from touchd.config.output_sections import Events as EventsSection
 from touchd.config.output_sections import Output as OutputSection
+from touchd.config.output_sections import Tuio as TuioSection
 from touchd.config.schema import Config
 from touchd.errors import ConfigError, SourceError
 from touchd.formats.recording import open_recording
 from touchd.model import AreaCorners
 from touchd.outputs.events import QueuedEventWriter
 from touchd.outputs.output import Output
-from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, session_offset
+from touchd.outputs.tuio import FSEQ_MAX, TuioEncoder, default_source, first_fseq, session_offset
 from touchd.outputs.tuio_udp import TuioUdpOutput
-from touchd.outputs.udp import UdpSender, parse_destination
+from touchd.outputs.udp import UdpSender, open_udp_socket, open_udp_socket_on, parse_destination
 from touchd.pipeline import MissingArea, PipelineSettings
 from touchd.sources.recording import RecordingSource
 from touchd.sources.source import Source
@@ -26,6 +28,8 @@ from touchd.sources.synthetic import SyntheticSource
 _BUILT_SOURCES = ("recording", "synthetic")
 # The synthetic table stays empty for a second longer than it takes to learn it.
 _SPARE_FRAMES = 30
+# More than an output sends between the making of the one that replaces it and that one's start.
+_FSEQ_MARGIN = 1000
 
 
 def pipeline_settings(config: Config, calibration_frames: int, missing_area: MissingArea) -> PipelineSettings:
@@ -107,7 +111,7 @@ class OutputMaker:
         self._instance = instance
         self._fseq = stored_fseq
         self._offset = session_offset(time.time())
-        self._made: dict[tuple[object, ...], Output] = {}
+        self._made: dict[_Key, Output] = {}
 
     def outputs(self, config: Config) -> list[Output]:
         """Return the outputs that a config asks for, the new ones not yet started.
@@ -122,22 +126,30 @@ class OutputMaker:
         self._made = {key: self._made.get(key) or self._make(key) for key in keys}
         return list(self._made.values())
 
-    def _make(self, key: tuple[object, ...]) -> Output:
-        if key[0] == "events":
-            return QueuedEventWriter(Path(str(key[1])))
-        destination = str(key[1])
-        source = tuio_source(str(key[2]), self._instance, destination)
-        encoder = TuioEncoder(source, self._offset, first_fseq(time.time(), self._fseq))
-        return TuioUdpOutput(encoder, UdpSender([destination]))
+    def _make(self, key: "_Key") -> Output:
+        _, where, section = key
+        if isinstance(section, EventsSection):
+            return QueuedEventWriter(section.path)
+        encoder = TuioEncoder(
+            tuio_source(section.source, self._instance, where),
+            self._offset,
+            first_fseq(time.time(), (self._fseq + _FSEQ_MARGIN) % FSEQ_MAX if self._fseq else 0),
+        )
+        interface = section.interface
+        open_socket = open_udp_socket if interface is None else partial(open_udp_socket_on, interface)
+        return TuioUdpOutput(encoder, UdpSender([where], open_socket=open_socket), section.screen())
 
 
-def _keys(item: OutputSection) -> Iterator[tuple[object, ...]]:
-    """Yield what tells an item's outputs from others: kind, where to, and all that it is made from."""
+# What tells an output from others: kind and where to, which no two may share, and all that it is made from.
+_Key = tuple[str, str, EventsSection | TuioSection]
+
+
+def _keys(item: OutputSection) -> Iterator[_Key]:
     if item.events is not None:
-        yield "events", str(item.events.path)
+        yield "events", str(item.events.path), item.events
     elif item.tuio is not None:
         for destination in item.tuio.to:
-            yield "tuio", destination, item.tuio.source, item.tuio.transport, item.tuio.profile
+            yield "tuio", destination, item.tuio.model_copy(update={"to": (destination,)})
 
 
 def tuio_source(configured: str, instance: str, destination: str) -> str:

@@ -133,16 +133,17 @@ class Daemon:
         self._tap = tap
 
     def change_outputs(self, outputs: Sequence[Output]) -> None:
-        """Send to these outputs from now on: new ones are started, those left out are closed, the rest go on."""
+        """Send to these outputs from now on: those left out are closed, new ones are started, the rest go on."""
 
         def change() -> None:
             before, self._outputs = self._outputs, tuple(outputs)
-            for output in self._outputs:
-                if output not in before:
-                    output.start()
+            # The old before the new: of two with the same destination, the last word is the newer one's.
             for output in before:
                 if output not in self._outputs:
                     output.close()
+            for output in self._outputs:
+                if output not in before:
+                    output.start()
 
         self.ask(change)
 

@@ -140,6 +140,52 @@ touchd.yaml:2:3: outputs: expected list items '- tuio:' or '- events:', or [] fo
     pytest.param(
         """\
 outputs:
+  - tuio: {map: [0.5, 0, 0.2, 1], flip_x: yes, max_cursors: 0}
+  - tuio: {map: [0, 0, 0, 1]}
+  - tuio: {map: [0, 1, 1, 2], interface: eth0}
+""",
+        """\
+touchd.yaml:2:17: outputs[0].tuio.map: left and right are 0.5 and 0.2; give the lesser first, and use flip_x to turn \
+them round
+     2 |   - tuio: {map: [0.5, 0, 0.2, 1], flip_x: yes, max_cursors: 0}
+       |                 ^
+touchd.yaml:2:43: outputs[0].tuio.flip_x: expected true or false, found "yes"
+     2 |   - tuio: {map: [0.5, 0, 0.2, 1], flip_x: yes, max_cursors: 0}
+       |                                           ^^^
+touchd.yaml:2:61: outputs[0].tuio.max_cursors: expected a whole number of touches from 1 to 60, found 0
+     2 |   - tuio: {map: [0.5, 0, 0.2, 1], flip_x: yes, max_cursors: 0}
+       |                                                             ^
+touchd.yaml:3:17: outputs[1].tuio.map: left and right are both 0; leave room between them
+     3 |   - tuio: {map: [0, 0, 0, 1]}
+       |                 ^
+touchd.yaml:4:17: outputs[2].tuio.map: top and bottom are 1 and 2, beyond the screen, which is 0 to 1; nothing would \
+be sent
+     4 |   - tuio: {map: [0, 1, 1, 2], interface: eth0}
+       |                 ^
+touchd.yaml:4:42: outputs[2].tuio.interface: expected an IPv4 address such as 192.168.0.2, found "eth0"
+     4 |   - tuio: {map: [0, 1, 1, 2], interface: eth0}
+       |                                          ^^^^
+6 errors; the config was not used.
+""",
+        id="where touches go on the client's screen",
+    ),
+    pytest.param(
+        """\
+outputs:
+  - tuio: {interface: 192.168.0.2}
+""",
+        """\
+touchd.yaml:2:12: outputs[0].tuio.interface: for multicast alone, and no destination is a multicast address; found \
+127.0.0.1:3333; remove it, or send to one of 224.0.0.0 to 239.255.255.255
+     2 |   - tuio: {interface: 192.168.0.2}
+       |            ^^^^^^^^^
+1 error; the config was not used.
+""",
+        id="an interface without multicast",
+    ),
+    pytest.param(
+        """\
+outputs:
   - tuio: {to: [localhost, "wall:70000", 3333]}
   - tuio: {to: "127.0.0.1:3333"}
   - tuio: {to: []}

@@ -10,6 +10,7 @@ from touchd.config import load
 from touchd.config.describe import all_keys
 from touchd.config.document import default_yaml, json_schema, write_documents
 from touchd.config.load import DEFAULTS, find_config_path, load_config, load_with_origin, parse_config
+from touchd.config.output_sections import Tuio
 from touchd.config.schema import Config
 from touchd.config.show import effective_yaml
 from touchd.contacts.settings import BlobSettings
@@ -141,14 +142,16 @@ class TestTheFilesForPeopleAndEditors:
         assert not config.was_set("calibration.frames")
 
     def test_the_default_file_with_every_key_uncommented_has_the_defaults_and_the_examples(self) -> None:
-        config = parse_config(uncommented(default_yaml()), "touchd.yaml")
+        # The example of outputs.tuio.interface is for multicast alone.
+        text = uncommented(default_yaml()).replace('["127.0.0.1:3333"]\n', '["239.0.0.1:3333"]\n')
+        config = parse_config(text, "touchd.yaml")
 
         assert config.was_set("touch.shell.delta_raw")
         assert config.was_set("area.size_mm")
         assert config.calibration_settings() == CalibrationSettings()
         assert config.blob_settings() == BlobSettings()
         assert config.tracking_settings() == TrackingSettings()
-        assert config.outputs[0] == Config().outputs[0]
+        assert config.outputs[0].tuio == Tuio(to=("239.0.0.1:3333",), interface="192.168.0.2")
         assert config.outputs[1].events is not None
 
     def test_the_module_writes_both_files_and_says_nothing(self, tmp_path: Path) -> None:

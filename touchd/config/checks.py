@@ -1,11 +1,13 @@
 """What is checked of values beyond their type and range. Each check raises :func:`fault`."""
 
+from ipaddress import IPv4Address
 from pathlib import Path
 
 import numpy as np
 from pydantic import ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from touchd.outputs.screen import Box
 from touchd.outputs.udp import parse_destination
 
 Corner = tuple[float, float]
@@ -28,6 +30,31 @@ def check_destination(text: str) -> str:
     except ValueError as error:
         raise fault(str(error).removesuffix(".")) from error
     return text
+
+
+def check_ipv4(text: str) -> str:
+    """Return ``text`` if it is an IPv4 address."""
+    try:
+        IPv4Address(text)
+    except ValueError as error:
+        raise fault(f'expected an IPv4 address such as 192.168.0.2, found "{text}"') from error
+    return text
+
+
+def check_box(box: Box) -> Box:
+    """Return ``box`` (left, top, right, bottom) if it has an inside that is on the screen at least in part."""
+    left, top, right, bottom = box
+    for near, far, names, flip in (
+        (left, right, "left and right", "flip_x"),
+        (top, bottom, "top and bottom", "flip_y"),
+    ):
+        if near == far:
+            raise fault(f"{names} are both {near:g}; leave room between them")
+        if near > far:
+            raise fault(f"{names} are {near:g} and {far:g}; give the lesser first, and use {flip} to turn them round")
+        if far <= 0.0 or near >= 1.0:
+            raise fault(f"{names} are {near:g} and {far:g}, beyond the screen, which is 0 to 1; nothing would be sent")
+    return box
 
 
 def check_not_empty(destinations: tuple[str, ...]) -> tuple[str, ...]:

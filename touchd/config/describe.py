@@ -83,6 +83,8 @@ def expectation(field: FieldInfo) -> str:
         return ", or ".join((*words, _number(field)))
     if words:
         return " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+    if takes(field, bool):
+        return "true or false"
     return "text" if takes(field, str) else "a path"
 
 

@@ -26,7 +26,7 @@ _HEAD = """\
 # folder.
 """
 _WIDTH = 100  # of the meanings, without their indentation
-_SIMPLE_TYPES = {int: "integer", float: "number", str: "string", Path: "string"}
+_SIMPLE_TYPES = {bool: "boolean", int: "integer", float: "number", str: "string", Path: "string"}
 
 
 def default_yaml() -> str:

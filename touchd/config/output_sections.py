@@ -4,10 +4,15 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
-from touchd.config.checks import check_destination, check_not_empty, fault
+from touchd.config.checks import check_box, check_destination, check_ipv4, check_not_empty, fault
 from touchd.config.section import Emptiable, Expects, FilePath, Section, field
+from touchd.outputs.screen import Screen, ScreenMap
+from touchd.outputs.tuio import MAX_CURSORS
+from touchd.outputs.udp import is_multicast
 
 _Destination = Annotated[str, AfterValidator(check_destination)]
+_Edge = Annotated[float, Field(ge=-100, le=100)]
+_Box = Annotated[tuple[_Edge, _Edge, _Edge, _Edge], AfterValidator(check_box), Expects("[left, top, right, bottom]")]
 
 
 class Tuio(Section):
@@ -24,6 +29,37 @@ class Tuio(Section):
     source: Annotated[
         str, Field(pattern=r"^[ -~]{1,100}$"), Expects("auto, or a name of 1 to 100 ASCII characters")
     ] = field("auto", "The sender's name; auto: touchd, this computer's name, the instance and the address")
+    map: _Box = field(
+        (0.0, 0.0, 1.0, 1.0),
+        "Where the area lies on the clients' screen, in shares of it; touches that begin beyond it are not sent",
+    )
+    swap_axes: bool = field(False, "Exchange x and y, before all else")
+    flip_x: bool = field(False, "Turn left and right round, before map")
+    flip_y: bool = field(False, "Turn top and bottom round, before map")
+    max_cursors: Annotated[int, Field(ge=1, le=MAX_CURSORS)] = field(
+        MAX_CURSORS,
+        "At most so many at a time; a touch that begins while there are as many is not sent",
+        unit="touches",
+    )
+    interface: Annotated[str, AfterValidator(check_ipv4), Expects("an IPv4 address")] | None = field(
+        None,
+        "This computer's address on the network into which multicast is sent; without it the system chooses",
+        example="192.168.0.2",
+    )
+
+    @model_validator(mode="after")
+    def _interface_is_of_use(self) -> Self:
+        if self.interface is not None and not any(map(is_multicast, self.to)):
+            raise fault(
+                f"for multicast alone, and no destination is a multicast address; found {', '.join(self.to)};"
+                " remove it, or send to one of 224.0.0.0 to 239.255.255.255",
+                "interface",
+            )
+        return self
+
+    def screen(self) -> Screen:
+        """Return a new view of the cursors as these keys want it."""
+        return Screen(ScreenMap(self.map, self.swap_axes, self.flip_x, self.flip_y), self.max_cursors)
 
 
 class Events(Section):

@@ -22,9 +22,11 @@ def effective_yaml(config: Config, origin: Origin) -> str:
 
 
 def yaml_scalar(value: object) -> str:
-    """Return a number, text, path or tuple of those as YAML in one line."""
+    """Return a truth value, number, text, path or tuple of those as YAML in one line."""
     if isinstance(value, tuple):
         return f"[{', '.join(yaml_scalar(item) for item in value)}]"
+    if isinstance(value, bool):
+        return str(value).lower()
     if isinstance(value, float):
         return str(int(value)) if value.is_integer() and abs(value) < 2**53 else repr(value)
     if isinstance(value, (str, Path)):

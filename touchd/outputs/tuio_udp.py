@@ -1,7 +1,10 @@
 """TUIO over UDP as an output: what is sent when, from the first bundle that clears to the last."""
 
+from collections.abc import Sequence
+
 from touchd.model import Cursor, State, TouchFrame
 from touchd.outputs.output import OutputStatus
+from touchd.outputs.screen import Screen
 from touchd.outputs.tuio import TuioEncoder
 from touchd.outputs.udp import DestinationStatus, UdpSender
 
@@ -13,11 +16,12 @@ class TuioUdpOutput:
     """Sends each frame that has cursors, the one in which the last of them left, and an empty one when idle.
 
     Takes ``encoder`` and ``sender`` for its own and closes the latter. In a state other than "tracking" there
-    are no cursors, whatever the frame holds.
+    are no cursors, whatever the frame holds. ``screen`` is what of them the clients get; None: all that fit.
     """
 
-    def __init__(self, encoder: TuioEncoder, sender: UdpSender) -> None:
+    def __init__(self, encoder: TuioEncoder, sender: UdpSender, screen: Screen | None = None) -> None:
         self._encoder = encoder
+        self._screen = screen or Screen()
         self._sender = sender
         self._live = False
         self._last_sent_ns: int | None = None
@@ -30,8 +34,9 @@ class TuioUdpOutput:
         """Send what clients must know of ``frame``; a state without tracking ends all touches for good."""
         tracking = frame.state is State.TRACKING
         was_live = self._live
-        if was_live or (tracking and frame.cursors):
-            self._send(frame.cursors if tracking else (), now_ns)
+        cursors = self._screen.view(frame.cursors if tracking else ())
+        if was_live or cursors:
+            self._send(cursors, now_ns)
         else:
             self.tick(now_ns)
         if was_live and not tracking:
@@ -72,7 +77,7 @@ class TuioUdpOutput:
         """The fseq sent last, to be kept for the next run."""
         return self._encoder.last_fseq
 
-    def _send(self, cursors: tuple[Cursor, ...], now_ns: int) -> None:
+    def _send(self, cursors: Sequence[Cursor], now_ns: int) -> None:
         frame = self._encoder.next_frame(cursors)
         self._sender.send(frame)
         self._live = bool(frame.session_ids)

@@ -62,6 +62,14 @@ def parse_destination(text: str) -> Destination:
     return Destination(_checked_host(text, host), int(port))
 
 
+def is_multicast(text: str) -> bool:
+    """Return whether a destination that :func:`parse_destination` reads is an IPv4 multicast address."""
+    try:
+        return IPv4Address(parse_destination(text).host).is_multicast
+    except ValueError:
+        return False
+
+
 def _checked_ipv6(text: str, host: str) -> str:
     try:
         IPv6Address(host)
@@ -102,6 +110,21 @@ def open_udp_socket(family: socket.AddressFamily) -> socket.socket:
     opened = socket.socket(family, socket.SOCK_DGRAM)
     opened.setblocking(False)
     opened.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+    return opened
+
+
+def open_udp_socket_on(interface: str, family: socket.AddressFamily) -> socket.socket:
+    """Open such a socket, from which IPv4 multicast leaves by this computer's ``interface``, given by its address.
+
+    :raises OSError: also when no interface has that address.
+    """
+    opened = open_udp_socket(family)
+    if family == socket.AF_INET:
+        try:
+            opened.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(interface))
+        except OSError as error:
+            opened.close()
+            raise OSError(error.errno, f"no network interface of this computer has the address {interface}") from error
     return opened
 
 
