@@ -17,7 +17,7 @@ from touchd.formats.recording import open_recording
 from touchd.model import AreaCorners
 from touchd.outputs.events import QueuedEventWriter
 from touchd.outputs.output import Output
-from touchd.outputs.tuio import FSEQ_MAX, TuioEncoder, default_source, first_fseq, session_offset
+from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, session_offset
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, open_udp_socket, open_udp_socket_on, parse_destination
 from touchd.pipeline import MissingArea, PipelineSettings
@@ -103,7 +103,7 @@ class OutputMaker:
     """Makes the outputs that configs ask for, and keeps those that a new config asks for again.
 
     Each destination is an output of its own, so that a change of one leaves the others' touches alone. All of a run
-    share one offset of session ids.
+    share one offset of session ids, but for a destination that gets a second output: there the ids must not come back.
     """
 
     def __init__(self, instance: str, stored_fseq: int) -> None:
@@ -112,6 +112,7 @@ class OutputMaker:
         self._fseq = stored_fseq
         self._offset = session_offset(time.time())
         self._made: dict[_Key, Output] = {}
+        self._served: set[str] = set()  # TUIO destinations that have had an output
 
     def outputs(self, config: Config) -> list[Output]:
         """Return the outputs that a config asks for, the new ones not yet started.
@@ -130,11 +131,13 @@ class OutputMaker:
         _, where, section = key
         if isinstance(section, EventsSection):
             return QueuedEventWriter(section.path)
+        now_s = time.time()
         encoder = TuioEncoder(
             tuio_source(section.source, self._instance, where),
-            self._offset,
-            first_fseq(time.time(), (self._fseq + _FSEQ_MARGIN) % FSEQ_MAX if self._fseq else 0),
+            session_offset(now_s) if where in self._served else self._offset,
+            first_fseq(now_s, self._fseq and self._fseq + _FSEQ_MARGIN),
         )
+        self._served.add(where)
         interface = section.interface
         open_socket = open_udp_socket if interface is None else partial(open_udp_socket_on, interface)
         return TuioUdpOutput(encoder, UdpSender([where], open_socket=open_socket), section.screen())

@@ -1,5 +1,6 @@
 """Edits of the config file while the daemon runs."""
 
+import math
 import signal
 from pathlib import Path
 
@@ -52,6 +53,24 @@ def test_changing_smoothing_and_outputs_in_mid_touch_loses_no_touch(
     assert len(set(client.log.adds)) == len(client.log.adds)
     assert sorted(client.log.adds) == sorted(client.log.removes)
     assert set(other.log.adds) <= set(client.log.adds)
+
+
+def test_turning_the_screen_in_mid_touch_ends_the_touch_and_begins_it_anew_in_the_new_place(
+    config: Path, client: PythonTuio, tmp_path: Path
+) -> None:
+    with running(config, tmp_path / "state") as daemon:
+        wait_until(lambda: len(client.log.adds) > 3 and bool(client.log.left_over()))
+        config.write_text(config.read_text().replace("tuio: {", "tuio: {flip_x: true, flip_y: true, "))
+        daemon.wait_for("config: in force now: outputs")
+        before = len(client.log.adds)
+        wait_until(lambda: len(client.log.adds) >= before + 3 and not client.log.left_over())
+        assert daemon.end(signal.SIGTERM) == 0
+        client.sync()
+    assert len(set(client.log.adds)) == len(client.log.adds)
+    assert sorted(client.log.adds) == sorted(client.log.removes)
+    begun = [client.log.moves[session_id][0] for session_id in client.log.adds]
+    for x, y in begun[-3:]:
+        assert min(math.dist((1.0 - x, 1.0 - y), other) for other in begun[:3]) < 0.01
 
 
 def test_a_new_source_is_opened_and_a_missing_one_is_not_used(
