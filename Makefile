@@ -5,6 +5,7 @@ VENV   := .venv
 BIN    := $(VENV)/bin
 STAMP  := $(VENV)/.installed
 TESTS  := $(VENV)/.tests
+NODE   := tests/clients/node/node_modules
 PIP    := $(BIN)/pip install --quiet --disable-pip-version-check
 
 .PHONY: demo test check pytest test-vm bench config install uninstall clean
@@ -21,7 +22,7 @@ check: $(TESTS)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-pytest: $(TESTS)
+pytest: $(TESTS) $(NODE)
 	$(BIN)/python -m pytest
 
 # The service in a Debian of its own, as root, in two minutes, the first time in three. They share one machine, in this
@@ -59,5 +60,9 @@ $(TESTS): $(STAMP)
 	$(PIP) --editable '.[test]'
 	@touch $@
 
+# Without npm the tests of its TUIO client are skipped, and say what to install.
+$(NODE): tests/clients/node/package-lock.json
+	@if command -v npm >/dev/null; then cd $(dir $(NODE)) && npm ci --silent --no-fund --no-audit && touch node_modules; fi
+
 clean:
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache dist build
+	rm -rf $(VENV) $(NODE) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache dist build

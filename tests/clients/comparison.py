@@ -5,7 +5,7 @@ back from an events file.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -50,6 +50,11 @@ def learned_offset(log: ClientLog, events: Iterable[Mapping[str, Any]]) -> int:
     return min(log.adds, default=0) - min(published_paths(events), default=0)
 
 
+def wire_paths(events: Iterable[Mapping[str, Any]], session_offset: int) -> dict[int, list[Point]]:
+    """Return every published cursor's positions in order, by its session id on the wire."""
+    return {session_offset + core_id: path for core_id, path in published_paths(events).items()}
+
+
 def differences(
     log: ClientLog, events: Iterable[Mapping[str, Any]], session_offset: int, tolerance: float = 1e-3
 ) -> list[str]:
@@ -59,16 +64,63 @@ def differences(
     through no other, and was removed once. How often a client repeats a position is its own affair. Up to 60
     cursors at a time can be compared, as no more are sent.
     """
-    published = {session_offset + core_id: path for core_id, path in published_paths(events).items()}
-    found = list(log.faults)
-    for verb, ids in (("added", log.adds), ("removed", log.removes)):
-        times = Counter(ids)
-        found += [f"Cursor {i} was {verb} {times[i]} times." for i in sorted(published) if times[i] != 1]
-        found += [f"Cursor {i} was {verb} but never published." for i in sorted(set(ids) - set(published))]
+    published = wire_paths(events, session_offset)
+    found = _broken_lives(log, published, published)
     for i in sorted(set(published) & set(log.moves)):
         if not _same_path(log.moves[i], published[i], tolerance):
             found.append(f"Cursor {i} was published along {published[i]} but seen along {log.moves[i]}.")
     return found
+
+
+def contradictions(
+    log: ClientLog, published: Mapping[int, Sequence[Point]], required: Collection[int], tolerance: float = 1e-3
+) -> list[str]:
+    """Return the same for a client that could not get every datagram; ``published`` and ``required`` are by wire id.
+
+    None means: it saw each cursor of ``required`` and others of ``published`` or not, each added once, at positions
+    that the cursor had, in their order, and removed once.
+    """
+    found = _broken_lives(log, published, {*required, *log.adds, *log.removes} & set(published))
+    for i in sorted(set(published) & set(log.moves)):
+        if not _is_part(log.moves[i], published[i], tolerance):
+            found.append(f"Cursor {i} was published along {published[i]} but seen along {log.moves[i]}.")
+    return found
+
+
+def lasting_faults(
+    log: ClientLog, published: Mapping[int, Sequence[Point]], required: Collection[int], tolerance: float = 1e-3
+) -> list[str]:
+    """Return the same for a client that takes late datagrams for new ones, and so goes back for a frame.
+
+    None means: it saw each cursor of ``required`` and others of ``published`` or not, only at positions that the
+    cursor had at some time, and removed each as often as it had added it.
+    """
+    found = list(log.faults)
+    found += [f"Cursor {i} was never added." for i in sorted(set(required) - set(log.adds))]
+    found += [f"Cursor {i} was never published." for i in sorted({*log.adds, *log.removes} - set(published))]
+    found += [f"Cursor {i} was left over." for i in sorted(log.left_over())]
+    for i in sorted(set(published) & set(log.moves)):
+        strange = [at for at in log.moves[i] if not any(_near(at, known, tolerance) for known in published[i])]
+        found += [f"Cursor {i} was seen at {at}, where it never was." for at in strange]
+    return found
+
+
+def _broken_lives(log: ClientLog, published: Collection[int], expected: Collection[int]) -> list[str]:
+    found = list(log.faults)
+    for verb, ids in (("added", log.adds), ("removed", log.removes)):
+        times = Counter(ids)
+        found += [f"Cursor {i} was {verb} {times[i]} times." for i in sorted(expected) if times[i] != 1]
+        found += [f"Cursor {i} was {verb} but never published." for i in sorted(set(ids) - set(published))]
+    return found
+
+
+def _is_part(seen: Sequence[Point], published: Sequence[Point], tolerance: float) -> bool:
+    """Return whether ``seen`` goes through points of ``published`` in their order, whichever it leaves out."""
+    k = 0
+    for point in seen:
+        while k < len(published) and not _near(published[k], point, tolerance):
+            k += 1
+    return k < len(published)
 
 
 def _same_path(seen: Sequence[Point], published: Sequence[Point], tolerance: float) -> bool:

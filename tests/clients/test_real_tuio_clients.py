@@ -14,12 +14,13 @@ from touchd.outputs.udp import UdpSender
 
 from clients.comparison import ClientLog, differences, learned_offset
 from clients.harness import Client, OscDump, PythonTuio, oscdump_path
+from clients.process_client import KivyTuio, NodeTuio, QtTouch
 
 FRAME_NS = 33_333_333
 OFFSET = 1_700_000
 
 
-@pytest.fixture(params=[PythonTuio, OscDump])
+@pytest.fixture(params=[PythonTuio, OscDump, QtTouch, KivyTuio, NodeTuio])
 def client(request: pytest.FixtureRequest) -> Iterator[Client]:
     with request.param() as running:
         yield running

@@ -10,10 +10,11 @@ from touchd.outputs.udp import DestinationStatus, UdpSender
 
 _CLEAR_COPIES = 3  # nothing repeats a clear later, so that one lost datagram must not matter
 _IDLE_NS = 1_000_000_000
+_FAREWELLS = 3  # frames that say that nobody touches any more: a lost one must not leave a touch for a second
 
 
 class TuioUdpOutput:
-    """Sends each frame that has cursors, the one in which the last of them left, and an empty one when idle.
+    """Sends each frame that has cursors, the three after the last of them left, and an empty one when idle.
 
     Takes ``encoder`` and ``sender`` for its own and closes the latter. In a state other than "tracking" there
     are no cursors, whatever the frame holds. ``screen`` is what of them the clients get; None: all that fit.
@@ -24,6 +25,7 @@ class TuioUdpOutput:
         self._screen = screen or Screen()
         self._sender = sender
         self._live = False
+        self._farewells = 0
         self._last_sent_ns: int | None = None
 
     def start(self) -> None:
@@ -35,7 +37,7 @@ class TuioUdpOutput:
         tracking = frame.state is State.TRACKING
         was_live = self._live
         cursors = self._screen.view(frame.cursors if tracking else ())
-        if was_live or cursors:
+        if cursors or self._farewells:
             self._send(cursors, now_ns)
         else:
             self.tick(now_ns)
@@ -81,6 +83,7 @@ class TuioUdpOutput:
         frame = self._encoder.next_frame(cursors)
         self._sender.send(frame)
         self._live = bool(frame.session_ids)
+        self._farewells = _FAREWELLS if self._live else max(0, self._farewells - 1)
         self._last_sent_ns = now_ns
 
     def _clear(self) -> None:
