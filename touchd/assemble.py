@@ -14,6 +14,7 @@ from touchd.config.output_sections import Tuio as TuioSection
 from touchd.config.schema import Config
 from touchd.errors import ConfigError, SourceError
 from touchd.formats.recording import open_recording
+from touchd.geometry import kinect_v1_sensor
 from touchd.model import AreaCorners
 from touchd.outputs.events import QueuedEventWriter
 from touchd.outputs.output import Output
@@ -21,11 +22,13 @@ from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, session
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, open_udp_socket, open_udp_socket_on, parse_destination
 from touchd.pipeline import MissingArea, PipelineSettings
+from touchd.sources.kinect.camera import CameraSettings
+from touchd.sources.kinect.source import KinectSource
 from touchd.sources.recording import RecordingSource
 from touchd.sources.source import Source
 from touchd.sources.synthetic import SyntheticSource
 
-_BUILT_SOURCES = ("recording", "synthetic")
+_BUILT_SOURCES = ("kinect", "recording", "synthetic")
 # The synthetic table stays empty for a second longer than it takes to learn it.
 _SPARE_FRAMES = 30
 # More than an output sends between the making of the one that replaces it and that one's start.
@@ -69,9 +72,14 @@ class OpenedSource:
     notes: tuple[str, ...]  # sentences for the user
 
 
-def open_source(config: Config) -> OpenedSource:
-    """Open what ``source`` names. Raises SourceError, and ConfigError where keys that it needs are missing."""
+def open_source(config: Config, remembered_camera: str | None = None) -> OpenedSource:
+    """Open what ``source`` names. Raises SourceError, and ConfigError where keys that it needs are missing.
+
+    ``remembered_camera``: the one to prefer where the config names none and several are plugged in.
+    """
     kind = config.source.kind
+    if kind == "kinect":
+        return _open_kinect(config, remembered_camera)
     if kind == "recording":
         return _open_recording(config)
     if kind == "synthetic":
@@ -80,6 +88,16 @@ def open_source(config: Config) -> OpenedSource:
         f"source.kind: this version of touchd cannot read from {kind!r}, only from {', '.join(_BUILT_SOURCES)}; "
         "see hands without a camera with source: {kind: synthetic}"
     )
+
+
+def _open_kinect(config: Config, remembered_camera: str | None) -> OpenedSource:
+    source = KinectSource(
+        config.source.serial,
+        remembered_camera,
+        CameraSettings(config.source.ir_brightness, config.source.near_mode),
+        config.intrinsics(kinect_v1_sensor().intrinsics),
+    )
+    return OpenedSource(source, config.calibration.frames, None, ())
 
 
 def _open_recording(config: Config) -> OpenedSource:

@@ -165,6 +165,15 @@ class Daemon:
 
         self.ask(change)
 
+    def change_pipeline(self, pipeline: Pipeline) -> None:
+        """Put the source's frames through another pipeline, as its camera is another one; every touch ends."""
+
+        def change() -> None:
+            self._publish(self._pipeline.stall(time.monotonic_ns()))
+            self._pipeline = pipeline
+
+        self.ask(change)
+
     def stop(self) -> BaseException | None:
         """End every touch at every client and stop the threads; return the error that a thread ended with."""
         self._stopping.set()
@@ -217,6 +226,8 @@ class Daemon:
                 self._asked.get()()
             taken = self._slot.take(min(_TICK_S, self._stall_s))
             if taken is not None:
+                if self._source.sensor is not self._pipeline.sensor:
+                    continue  # a camera that was just plugged in: its pipeline is being made
                 frame, arrived_ns = taken
                 last_t_ns, last_seen_s, stalled = frame.t_ns, time.monotonic(), False
                 self._publish(self._pipeline.step(frame))
@@ -238,4 +249,5 @@ class Daemon:
         now_ns = time.monotonic_ns()
         for output in self._outputs:
             output.publish(result, now_ns)
+        self._source.show(result.state)
         self._on_frame(result)

@@ -49,6 +49,22 @@ class RecordingError(SourceError):
     exit_code = ExitCode.BAD_DATA
 
 
+class DeviceNotFound(SourceError):
+    """No such camera is plugged in."""
+
+
+class DeviceDenied(SourceError):
+    """The system does not let us use the camera."""
+
+
+class DeviceBusy(SourceError):
+    """Another program or driver holds the camera."""
+
+
+class DeviceLost(SourceError):
+    """The camera went away, or stopped to answer or to send, while it was in use."""
+
+
 class CalibrationError(TouchdError):
     """The empty surface could not be learned."""
 

@@ -13,7 +13,7 @@ from touchd.errors import StateError
 from touchd.memory import give_back
 from touchd.model import Sensor, Surface
 from touchd.pipeline import Pipeline
-from touchd.state import FSEQ_FILE, SURFACE_FILE, FseqStore, load_surface, save_surface
+from touchd.state import FSEQ_FILE, SURFACE_FILE, FseqStore, camera_of_surface, load_surface, save_surface
 
 log = logging.getLogger(__name__)
 
@@ -54,6 +54,10 @@ class Keeper:
             return None
         log.info("using the surface in %s", path)
         return self._surface
+
+    def remembered_camera(self) -> str | None:
+        """Return the serial number or place of the camera that the stored surface was made with; None without one."""
+        return camera_of_surface(self._folder / SURFACE_FILE)
 
     def stored_alignment(self, sensor: Sensor) -> KeptAlignment | None:
         """Return the stored alignment if there is one for this sensor; say why if it cannot be used."""

@@ -23,6 +23,7 @@ from touchd.keeper import Keeper
 from touchd.memory import give_back
 from touchd.model import TouchFrame
 from touchd.pipeline import MissingArea, Pipeline, PipelineSettings, Ready, prepare
+from touchd.sources.source import Source
 from touchd.state import instance_of
 from touchd.watcher import Complaints, Seen, Watcher
 
@@ -58,9 +59,9 @@ class Service:
         self._complaints = Complaints()
         self._claims = DestinationClaims()
         self._maker = OutputMaker(instance_of(folder), self._keeper.stored_fseq())
-        self._opened = _open(self._config)
+        self._opened = self._open(self._config)
         source = self._opened.source
-        self._alignment = self._keeper.stored_alignment(source.sensor)
+        self._alignment = self._alignment_of(source)
         self._settings = self._settings_of(self._config)
         self._daemon = Daemon(
             source,
@@ -124,7 +125,8 @@ class Service:
 
     def start(self) -> None:
         """Begin with the stored surface or a calibration, as ``calibration.on_start`` says, and run."""
-        self._begin_with_surface(self._daemon.pipeline, self._config)
+        if self._daemon.source.identified:
+            self._begin_with_surface(self._daemon.pipeline, self._config)
         self._daemon.start()
         self._warn_of_shared_destinations()
 
@@ -144,6 +146,8 @@ class Service:
             self._asked.get()()
         if self._watch is not None and self._watch.changed():
             self.reload_and_log()
+        if self._daemon.source.sensor is not self._daemon.pipeline.sensor:
+            self._meet_camera()
         self._keeper.look(self._daemon)
         self._complaints.look(self._daemon.outputs)
 
@@ -198,7 +202,7 @@ class Service:
 
     def _apply(self, new: Config, what: Changes) -> None:
         # What can fail comes first, so that a config is in force as a whole or not at all.
-        opened = _open(new) if what.source else self._opened
+        opened = self._open(new) if what.source else self._opened
         try:
             outputs = self._maker.outputs(new)
         except TouchdError:
@@ -217,9 +221,24 @@ class Service:
 
     def _change_source(self, config: Config) -> None:
         source = self._opened.source
+        self._daemon.change_source(source, self._new_pipeline(source, config))
+
+    def _meet_camera(self) -> None:
+        """Work with the camera that the source has found, another one than before or the first."""
+        source = self._daemon.source
+        log.info("%s is in use", source.name)
+        self._alignment = self._alignment_of(source)
+        self._settings = self._settings_of(self._config)
+        self._daemon.change_pipeline(self._new_pipeline(source, self._config))
+
+    def _new_pipeline(self, source: Source, config: Config) -> Pipeline:
         pipeline = Pipeline(source.sensor, self._settings, source.name, self._daemon.pipeline.next_session_id)
-        self._begin_with_surface(pipeline, config)
-        self._daemon.change_source(source, pipeline)
+        if source.identified:
+            self._begin_with_surface(pipeline, config)
+        return pipeline
+
+    def _alignment_of(self, source: Source) -> KeptAlignment | None:
+        return self._keeper.stored_alignment(source.sensor) if source.identified else None
 
     def _settings_of(self, config: Config) -> PipelineSettings:
         settings = pipeline_settings(config, self._opened.calibration_frames, MissingArea.FLAT_REGION)
@@ -292,9 +311,8 @@ class Service:
         elif config.calibration.on_start != "never":
             pipeline.calibrate_patiently()
 
-
-def _open(config: Config) -> OpenedSource:
-    opened = open_source(config)
-    for note in opened.notes:
-        log.info("%s: %s", opened.source.name, note)
-    return opened
+    def _open(self, config: Config) -> OpenedSource:
+        opened = open_source(config, self._keeper.remembered_camera())
+        for note in opened.notes:
+            log.info("%s: %s", opened.source.name, note)
+        return opened

@@ -132,6 +132,17 @@ def load_surface(path: Path, sensor: Sensor, made_from: str | None = None) -> Su
     )
 
 
+def camera_of_surface(path: Path) -> str | None:
+    """Return the serial of the camera that a stored surface was made with; None where no file tells one."""
+    try:
+        with path.open("rb") as file:
+            camera = _header(path, file.readline().rstrip(b"\n")).get("camera")
+    except (OSError, StateError):
+        return None
+    serial = camera.get("serial") if isinstance(camera, dict) else None
+    return serial if isinstance(serial, str) and serial else None
+
+
 def _header(path: Path, head: bytes) -> dict[str, Any]:
     try:
         header = json.loads(head)

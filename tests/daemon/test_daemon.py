@@ -26,8 +26,10 @@ class HandSource:
     """Gives out a frame whenever the test puts one in; an exception put in is raised."""
 
     name = "a test"
+    identified = True
 
     def __init__(self) -> None:
+        self.shown: list[State] = []
         self.given: queue.SimpleQueue[Frame | Exception | None] = queue.SimpleQueue()
 
     @property
@@ -47,6 +49,9 @@ class HandSource:
             if isinstance(item, Exception):
                 raise item
             yield item
+
+    def show(self, state: State) -> None:
+        self.shown.append(state)
 
     def close(self) -> None:
         self.given.put(None)

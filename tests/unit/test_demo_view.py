@@ -235,6 +235,13 @@ class ThreeFrames:
         return SENSOR
 
     @property
+    def identified(self) -> bool:
+        return True
+
+    def show(self, state: State) -> None:
+        pass
+
+    @property
     def reconnects(self) -> int:
         return 0
 

@@ -20,9 +20,19 @@ class Source(Section):
     path: FilePath | None = field(None, "The recording to play: a folder", "source", example="recordings/table")
     serial: str | None = field(
         None,
-        "Which camera, by its serial number, where several are connected",
+        "Which camera, where several are connected: a serial number or USB place that touchd list shows; without it the"
+        " one that the stored surface was made with, else the first",
         "source",
         example="A00364A04287049A",
+    )
+    ir_brightness: Annotated[int, Field(ge=1, le=50)] | None = field(
+        None, "Brightness of a Kinect's infrared projector; without it as the Kinect has it", "source", "steps", 25
+    )
+    near_mode: bool | None = field(
+        None,
+        "Near mode of a Kinect for Windows, from 0.4 m on; without it as the Kinect has it",
+        "source",
+        example=True,
     )
     scenario: Literal["mixed", "taps", "drag", "pinch", "ten", "two-hands", "hover", "circles"] = field(
         DEFAULT_SCENARIO, "What the hands over the synthetic table do", "source"

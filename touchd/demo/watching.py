@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from touchd.model import AreaCorners, Floats, Frame, Mask, Sensor, Surface
+from touchd.model import AreaCorners, Floats, Frame, Mask, Sensor, State, Surface
 from touchd.sources.source import Source
 
 _GRID = (160, 112)  # places looked at, along the area's width and height
@@ -27,6 +27,11 @@ class WatchedSource:
     def sensor(self) -> Sensor:
         """The camera."""
         return self._source.sensor
+
+    @property
+    def identified(self) -> bool:
+        """Whether the camera is known."""
+        return self._source.identified
 
     @property
     def name(self) -> str:
@@ -51,6 +56,10 @@ class WatchedSource:
             due = frame.index + 1
             self.last = frame
             yield frame
+
+    def show(self, state: State) -> None:
+        """Pass on how the daemon fares."""
+        self._source.show(state)
 
     def close(self) -> None:
         """Close the source."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from touchd.formats.recording import Recording
-from touchd.model import Frame, Intrinsics, Sensor
+from touchd.model import Frame, Intrinsics, Sensor, State
 
 
 class RecordingSource:
@@ -25,6 +25,11 @@ class RecordingSource:
         return self._sensor
 
     @property
+    def identified(self) -> bool:
+        """True: its sensor is known from the start."""
+        return True
+
+    @property
     def name(self) -> str:
         """The recording's folder."""
         return str(self._recording.path)
@@ -38,6 +43,9 @@ class RecordingSource:
     def reconnects(self) -> int:
         """None so far and ever: it cannot be lost."""
         return 0
+
+    def show(self, state: State) -> None:
+        """Do nothing: there is no light."""
 
     def frames(self) -> Iterator[Frame]:
         """Yield each frame when it is due. Raises RecordingError if a file was damaged meanwhile."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Protocol
 
-from touchd.model import Frame, Sensor
+from touchd.model import Frame, Sensor, State
 
 
 class Source(Protocol):
@@ -11,7 +11,11 @@ class Source(Protocol):
 
     @property
     def sensor(self) -> Sensor:
-        """The camera that the frames come from."""
+        """The camera that the frames come from. Another object than before means another camera."""
+
+    @property
+    def identified(self) -> bool:
+        """Whether ``sensor`` is known for good; false for a camera that was never there since the start."""
 
     @property
     def name(self) -> str:
@@ -27,6 +31,9 @@ class Source(Protocol):
 
     def frames(self) -> Iterator[Frame]:
         """Yield frames as they come, waiting for each, until closed. Raises SourceError, also if there are no more."""
+
+    def show(self, state: State, /) -> None:
+        """Tell people at the camera how the daemon fares, where it has a light. May be called from any thread."""
 
     def close(self) -> None:
         """Make :meth:`frames` end soon. May be called from any thread, more than once."""

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from touchd.errors import SourceError
 from touchd.geometry import KINECT_SIZE
-from touchd.model import AreaCorners, Frame, Sensor
+from touchd.model import AreaCorners, Frame, Sensor, State
 from touchd.sources import synthetic_child
 from touchd.sources.frame_ring import FrameRing, Ticket
 from touchd.sources.synthetic_child import IGNORED, Order, Pace
@@ -49,6 +49,11 @@ class SyntheticSource:
         return self._sensor
 
     @property
+    def identified(self) -> bool:
+        """True: its sensor is known from the start."""
+        return True
+
+    @property
     def name(self) -> str:
         """The table and its seed: its surface is the same whatever scenario is played on it."""
         return f"synthetic table {self._seed}"
@@ -72,6 +77,9 @@ class SyntheticSource:
     def reconnects(self) -> int:
         """None so far and ever: it cannot be lost."""
         return 0
+
+    def show(self, state: State) -> None:
+        """Do nothing: there is no light."""
 
     def frames(self) -> Iterator[Frame]:
         """Yield frames until closed, from the show's beginning. Raises SourceError if the renderer ends by itself."""
