@@ -8,7 +8,7 @@ TESTS  := $(VENV)/.tests
 NODE   := tests/clients/node/node_modules
 PIP    := $(BIN)/pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test check pytest test-vm bench config install uninstall clean
+.PHONY: demo test check pytest test-vm bench soak config install uninstall clean
 
 # More options: make demo DEMO="--scenario pinch --to 192.168.0.7:3333"
 demo: $(STAMP)
@@ -32,6 +32,10 @@ test-vm: $(TESTS)
 
 bench: $(STAMP)
 	$(BIN)/touchd bench
+
+# 24 h of frames through the daemon in half an hour. A shorter day: make soak SOAK="--minutes 60 --sample-minutes 10"
+soak: $(TESTS)
+	PYTHONPATH=tests $(BIN)/python -m soak $(SOAK)
 
 # Writes config/touchd.yaml and config/touchd.schema.json anew from the schema in the code.
 config: $(STAMP)

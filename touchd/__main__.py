@@ -13,6 +13,10 @@ if sys.argv[1:2] in (["run"], ["demo"]):
 for _library in ("OPENBLAS", "OMP", "MKL"):
     os.environ.setdefault(f"{_library}_NUM_THREADS", "1")
 
+from touchd.memory import share_one_heap
+
+share_one_heap()
+
 from touchd.cli import run_command_line
 
 

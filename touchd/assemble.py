@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import partial, reduce
 from ipaddress import IPv4Address
 
 from touchd.config.output_sections import Events as EventsSection
@@ -18,7 +18,7 @@ from touchd.geometry import kinect_v1_sensor
 from touchd.model import AreaCorners
 from touchd.outputs.events import QueuedEventWriter
 from touchd.outputs.output import Output
-from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, session_offset
+from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, later_fseq, session_offset
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, open_udp_socket, open_udp_socket_on, parse_destination
 from touchd.pipeline import MissingArea, PipelineSettings
@@ -141,7 +141,7 @@ class OutputMaker:
         for index, key in enumerate(keys):
             if any(key[:2] == other[:2] for other in keys[:index]):
                 raise ConfigError(f"outputs: {key[1]} is named twice; name each destination once")
-        self._fseq = max(self._fseq, highest_fseq(list(self._made.values())))
+        self._fseq = later_fseq(self._fseq, latest_fseq(list(self._made.values())))
         self._made = {key: self._made.get(key) or self._make(key) for key in keys}
         return list(self._made.values())
 
@@ -190,6 +190,6 @@ def address_towards(destinations: Sequence[str]) -> str:
     return "127.0.0.1"
 
 
-def highest_fseq(outputs: Sequence[Output]) -> int:
-    """Return the highest TUIO frame number sent so far by any output, 0 without one."""
-    return max((output.last_fseq for output in outputs if isinstance(output, TuioUdpOutput)), default=0)
+def latest_fseq(outputs: Sequence[Output]) -> int:
+    """Return the latest TUIO frame number sent so far by any output, 0 without one."""
+    return reduce(later_fseq, (output.last_fseq for output in outputs if isinstance(output, TuioUdpOutput)), 0)

@@ -6,6 +6,7 @@ import os
 import shutil
 import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Sequence
@@ -13,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn, TypeAlias
 
+from touchd.arguments import count, paced_seconds, positive_seconds, speed, udp_port
 from touchd.errors import ExitCode, TouchdError, UsageError
 from touchd.table.scenario_names import DEFAULT_SCENARIO, SCENARIOS
 
@@ -91,7 +93,7 @@ def _add_players(commands: "Commands") -> None:
     replay.add_argument("--surface", type=Path, metavar="FILE", help="use this stored surface, do not calibrate")
     replay.add_argument(
         "--speed",
-        type=_speed,
+        type=speed,
         default=argparse.SUPPRESS,
         metavar="N|max",
         help="N times the recording's clock (default: 1, max with --events)",
@@ -139,9 +141,19 @@ def _add_tools(commands: "Commands") -> None:
     show.set_defaults(command=_show_config)
     _takes_config(check, show)
 
+    listen = commands.add_parser("listen", help="watch a UDP port, and check any TUIO sender for what breaks clients")
+    listen.add_argument("port", type=udp_port, nargs="?", default=3333, metavar="PORT", help="(default 3333)")
+    listen.add_argument("--host", metavar="ADDRESS", help="listen at this address of the computer alone (default: all)")
+    listen.add_argument("--join", metavar="GROUP", help="also join an IPv4 multicast group, such as 239.1.2.3")
+    listen.add_argument("--for", dest="seconds", type=positive_seconds, metavar="SECONDS", help="end after this time")
+    listen.add_argument("--frames", type=count, metavar="N", help="end after N frames")
+    listen.add_argument("--moves", action="store_true", help="also print every move")
+    listen.add_argument("--json", action="store_true", help="the summary as JSON on stdout, all else on stderr")
+    listen.set_defaults(command=_listen)
+
     bench = commands.add_parser("bench", help="measure this machine against touchd's time budgets")
     bench.add_argument(
-        "--seconds", type=_seconds, default=10.0, metavar="S", help="length of each paced run (default 10)"
+        "--seconds", type=paced_seconds, default=10.0, metavar="S", help="length of each paced run (default 10)"
     )
     bench.set_defaults(command=_bench)
 
@@ -149,28 +161,6 @@ def _add_tools(commands: "Commands") -> None:
 def _takes_config(*commands: argparse.ArgumentParser) -> None:
     for command in commands:
         command.add_argument("--config", type=Path, metavar="FILE", help="the config file (default: see README)")
-
-
-def _speed(text: str) -> float | None:
-    if text == "max":
-        return None
-    try:
-        speed = float(text)
-    except ValueError:
-        speed = 0.0
-    if not 0.0 < speed < 1e6:
-        raise argparse.ArgumentTypeError(f"expected a number above 0 or 'max', found {text!r}")
-    return speed
-
-
-def _seconds(text: str) -> float:
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = 0.0
-    if not 0.5 <= seconds <= 600.0:
-        raise argparse.ArgumentTypeError(f"expected 0.5 to 600 seconds, found {text!r}")
-    return seconds
 
 
 def _run(options: argparse.Namespace) -> None:
@@ -279,6 +269,29 @@ def _lift(options: argparse.Namespace) -> None:
     config = load_config(find_config_path(options.config, os.environ, os.getuid()))
     for line in lift(config, options.to, os.environ):
         print(line, flush=True)
+
+
+def _listen(options: argparse.Namespace) -> int:
+    from touchd.listen.monitor import ListenOptions, monitor
+
+    stop = threading.Event()
+
+    def end(_signal: int, _frame: "FrameType | None") -> None:
+        stop.set()
+
+    before = {each: signal.signal(each, end) for each in (signal.SIGINT, signal.SIGTERM)}
+    columns = max(80, min(100, shutil.get_terminal_size().columns))
+    wanted = ListenOptions(
+        options.port, options.host, options.join, options.seconds, options.frames, options.moves, columns
+    )
+    try:
+        verdict = monitor(wanted, _to_stderr if options.json else _at_once, stop)
+    finally:
+        for each, handler in before.items():
+            signal.signal(each, handler)
+    for line in [verdict.as_json()] if options.json else verdict.lines():
+        print(line)
+    return verdict.exit_code
 
 
 def _bench(options: argparse.Namespace) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from touchd.align.alignment import KeptAlignment
 from touchd.align.file import ALIGNMENT_FILE, load_alignment, save_alignment
-from touchd.assemble import highest_fseq
+from touchd.assemble import latest_fseq
 from touchd.daemon import Daemon
 from touchd.errors import StateError
 from touchd.memory import give_back
 from touchd.model import Sensor, Surface
+from touchd.outputs.tuio import later_fseq
 from touchd.pipeline import Pipeline
 from touchd.state import FSEQ_FILE, SURFACE_FILE, FseqStore, camera_of_surface, load_surface, save_surface
 
@@ -87,8 +88,8 @@ class Keeper:
                 log.info("%s", line)
             self._try(lambda: save_surface(self._folder / SURFACE_FILE, surface), "the surface is not kept")
             give_back()
-        fseq = highest_fseq(daemon.outputs)
-        if fseq > self._fseq - _FSEQ_AHEAD // 2:
+        fseq = latest_fseq(daemon.outputs)
+        if later_fseq(fseq + _FSEQ_AHEAD // 2, self._fseq) != self._fseq:
             self.keep_fseq(fseq + _FSEQ_AHEAD)
 
     def keep_fseq(self, fseq: int) -> None:

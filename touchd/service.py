@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from touchd.align.alignment import Alignment, AreaOrigin, KeptAlignment, area_in_force
-from touchd.assemble import OpenedSource, OutputMaker, highest_fseq, open_source, pipeline_settings
+from touchd.assemble import OpenedSource, OutputMaker, latest_fseq, open_source, pipeline_settings
 from touchd.claims import DestinationClaims
 from touchd.config.load import load_config
 from touchd.config.reload import Changes, changes
@@ -134,7 +134,7 @@ class Service:
         """End every touch and stop. Raises what a thread of the daemon ended with."""
         error = self._daemon.stop()
         self._claims.release()
-        self._keeper.keep_fseq(highest_fseq(self._daemon.outputs))
+        self._keeper.keep_fseq(latest_fseq(self._daemon.outputs))
         metrics = self._daemon.metrics()
         log.info("stopped after %d frames, %d dropped", metrics.frames, metrics.dropped)
         if error is not None:
@@ -283,7 +283,10 @@ class Service:
             self._settings = new
             return
         known = pipeline.ready
-        ready = known if known is None or known.serves(new) else prepare(known.surface, new, known)
+        ready = known
+        if known is not None and not known.serves(new):
+            ready = prepare(known.surface, new, known)
+            give_back()
 
         def swap() -> None:
             current = pipeline.ready

@@ -75,7 +75,7 @@ def test_a_source_that_is_not_built_yet_is_exit_code_69(tmp_path: Path) -> None:
     with running(tmp_path / "touchd.yaml", tmp_path / "state") as daemon:
         assert daemon.process.wait(PATIENCE_S) == 69
         daemon.wait_for(
-            "source.kind: this version of touchd cannot read from 'realsense', only from recording, synthetic"
+            "source.kind: this version of touchd cannot read from 'realsense', only from kinect, recording, synthetic"
         )
 
 

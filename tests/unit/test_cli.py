@@ -15,6 +15,18 @@ from touchd.cli import run_command_line
             ["bench", "--seconds", "soon"],
             "touchd: argument --seconds: expected 0.5 to 600 seconds, found 'soon'; see touchd bench --help",
         ),
+        (
+            ["listen", "70000"],
+            "touchd: argument PORT: expected a port from 1 to 65535, found '70000'; see touchd listen --help",
+        ),
+        (
+            ["listen", "--for", "-1"],
+            "touchd: argument --for: expected a number of seconds above 0, found '-1'; see touchd listen --help",
+        ),
+        (
+            ["listen", "--frames", "none"],
+            "touchd: argument --frames: expected a whole number from 1, found 'none'; see touchd listen --help",
+        ),
     ],
 )
 def test_a_wrong_command_line_is_one_sentence_and_exit_code_64(

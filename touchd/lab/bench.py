@@ -10,6 +10,7 @@ from itertools import cycle, islice
 import cv2
 import numpy as np
 
+from touchd.lab.bench_destinations import bench_destinations
 from touchd.model import AreaCorners, Frame
 from touchd.outputs.tuio import TuioEncoder
 from touchd.outputs.tuio_udp import TuioUdpOutput
@@ -170,6 +171,9 @@ def bench(seconds: float) -> Iterator[str]:
         scene = make_scene(contacts)
         with _loopback_output() as output:
             yield from _bench_scene(scene, output, seconds, metronome, verdicts)
+    scene = make_scene(1)
+    frames_a_run = max(2, round(seconds * 1e9 / _PERIOD_NS) // 2)
+    yield from bench_destinations(scene.pipeline, endless(scene.frames), metronome.paced, frames_a_run)
     late = metronome.times
     median, p99 = late.percentiles_ms("late")
     worst = max(late.taken["late"]) / 1e6

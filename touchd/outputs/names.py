@@ -128,8 +128,9 @@ class NamedHost:
     def doubt(self) -> None:
         """Ask for the name again, when the pause since the last time is over; returns at once."""
         with self._changed:
-            self._wanted = True
-            self._changed.notify_all()
+            if not self._wanted:  # a sender that fails doubts at each frame; waking the thread would cost it time
+                self._wanted = True
+                self._changed.notify_all()
 
     def trust(self) -> None:
         """Begin with the shortest pause again."""

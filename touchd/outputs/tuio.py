@@ -45,6 +45,13 @@ def first_fseq(unix_time_s: float, stored: int) -> int:
     return from_clock if (from_clock - after_stored) % 2**31 < 2**30 else after_stored
 
 
+def later_fseq(one: int, other: int) -> int:
+    """Return the one of two frame numbers that comes later around the wrap; 0 stands for none and is never later."""
+    if not one or not other:
+        return one or other
+    return one if (one - other) % FSEQ_MAX < FSEQ_MAX // 2 else other
+
+
 def session_offset(unix_time_s: float) -> int:
     """Return what a run adds to the core's session ids so that they differ from those of earlier runs.
 
