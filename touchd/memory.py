@@ -6,6 +6,7 @@ from pathlib import Path
 
 _M_ARENA_MAX = -8  # from glibc's malloc.h
 
+
 def resident_bytes() -> int | None:
     """Return the memory that this process has in RAM, from Linux's /proc; None elsewhere."""
     try:
