@@ -65,6 +65,7 @@ def _parser() -> argparse.ArgumentParser:
 
     _add_players(commands)
     _add_daemons(commands)
+    _add_cameras(commands)
     _add_tools(commands)
     return parser
 
@@ -131,6 +132,18 @@ def _add_daemons(commands: "Commands") -> None:
     )
     lift.set_defaults(command=_lift)
     _takes_config(lift)
+
+
+def _add_cameras(commands: "Commands") -> None:
+    """Add the commands that look for cameras and for what is in their way."""
+    listing = commands.add_parser("list", help="list the depth cameras that are plugged in")
+    listing.set_defaults(command=_list)
+    doctor = commands.add_parser("doctor", help="find what keeps touch from working, and what to do about it")
+    doctor.set_defaults(command=_doctor)
+    for command in (listing, doctor):
+        command.add_argument("--json", action="store_true", help="as JSON")
+        command.add_argument("--socket", type=Path, metavar="PATH", help="the daemon's control socket")
+    _takes_config(listing, doctor)
 
 
 def _add_tools(commands: "Commands") -> None:
@@ -269,6 +282,25 @@ def _lift(options: argparse.Namespace) -> None:
     config = load_config(find_config_path(options.config, os.environ, os.getuid()))
     for line in lift(config, options.to, os.environ):
         print(line, flush=True)
+
+
+def _list(options: argparse.Namespace) -> int:
+    from touchd.doctor.computer import Computer
+    from touchd.doctor.listing import list_cameras, listing_json, listing_lines
+
+    listing = list_cameras(Computer(os.environ), options.config, options.socket)
+    print(listing_json(listing) if options.json else "\n".join(listing_lines(listing)))
+    return listing.exit_code
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    from touchd.doctor.computer import Computer
+    from touchd.doctor.examine import examine
+    from touchd.doctor.finding import exit_code_of, report_json, report_lines
+
+    findings = examine(Computer(os.environ), options.config, options.socket)
+    print(report_json(findings) if options.json else "\n".join(report_lines(findings)))
+    return exit_code_of(findings)
 
 
 def _listen(options: argparse.Namespace) -> int:
