@@ -12,8 +12,8 @@ from touchd.outputs.output import Output
 from touchd.pipeline import Pipeline
 from touchd.sources.source import Source
 
-# How often the worker looks up when no frames come: often enough for idle messages once a second.
-_TICK_S = 0.1
+# How often the worker looks up when no frames come: touches end so soon after the source is known to be lost.
+_TICK_S = 0.05
 _JOIN_S = 5.0
 
 
@@ -169,7 +169,8 @@ class Daemon:
         """Put the source's frames through another pipeline, as its camera is another one; every touch ends."""
 
         def change() -> None:
-            self._publish(self._pipeline.stall(time.monotonic_ns()))
+            if self._metrics.frames:
+                self._publish(self._pipeline.stall(time.monotonic_ns()))
             self._pipeline = pipeline
 
         self.ask(change)
@@ -226,17 +227,19 @@ class Daemon:
                 self._asked.get()()
             taken = self._slot.take(min(_TICK_S, self._stall_s))
             if taken is not None:
+                last_seen_s = time.monotonic()
                 if self._source.sensor is not self._pipeline.sensor:
                     continue  # a camera that was just plugged in: its pipeline is being made
                 frame, arrived_ns = taken
-                last_t_ns, last_seen_s, stalled = frame.t_ns, time.monotonic(), False
+                last_t_ns, stalled = frame.t_ns, False
                 self._publish(self._pipeline.step(frame))
                 self._metrics.note(arrived_ns, time.monotonic_ns())
                 continue
             silent_s = time.monotonic() - last_seen_s
-            # A source that is still being set up has not stalled.
-            setting_up = self._source.waiting is not None and not self._metrics.frames
-            if silent_s >= self._stall_s and not stalled and not setting_up:
+            # One that knows that no frames will come has stalled at once; but not while it is being set up.
+            waiting = self._source.waiting is not None
+            due = self._metrics.frames > 0 if waiting else silent_s >= self._stall_s
+            if due and not stalled:
                 stalled = True
                 self._publish(self._pipeline.stall(last_t_ns + int(silent_s * 1e9)))
             for output in self._outputs:

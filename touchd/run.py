@@ -4,6 +4,7 @@ import logging
 import os
 import signal
 import time
+from collections.abc import Collection
 from pathlib import Path
 
 import cv2
@@ -23,6 +24,7 @@ log = logging.getLogger(__name__)
 
 SIGNALS = frozenset({signal.SIGTERM, signal.SIGINT, signal.SIGUSR1, signal.SIGHUP})
 _LOOK_S = 0.2
+_NAP_S = 0.05
 
 
 def run(config_path: Path | None) -> None:
@@ -98,16 +100,16 @@ def _until_stopped(service: Service, heart: Heart) -> None:
     """Serve signals: SIGTERM and SIGINT return, SIGUSR1 recalibrates, SIGHUP reloads."""
     heart.notifier.ready()
     while not service.daemon.stopping.is_set():
-        received = signal.sigtimedwait(SIGNALS, _LOOK_S)
+        received = next_signal(SIGNALS, _LOOK_S)
         service.look()
         heart.beat(service.daemon)
         if received is None:
             continue
-        name = signal.Signals(received.si_signo).name
-        if received.si_signo == signal.SIGUSR1:
+        name = received.name
+        if received is signal.SIGUSR1:
             log.info("recalibrating: %s", name)
             service.recalibrate()
-        elif received.si_signo == signal.SIGHUP:
+        elif received is signal.SIGHUP:
             heart.notifier.reloading()
             service.reload_and_log()
             heart.notifier.ready()
@@ -115,3 +117,20 @@ def _until_stopped(service: Service, heart: Heart) -> None:
             log.info("stopping: %s", name)
             heart.notifier.stopping()
             return
+
+
+def next_signal(signals: Collection[signal.Signals], timeout_s: float) -> signal.Signals | None:
+    """Wait up to ``timeout_s`` for one of these signals, all of them blocked; None if none came.
+
+    Python's own sigtimedwait() returns nonsense where the process was stopped and continued while it waited, as by
+    Ctrl-Z and fg (seen with CPython 3.11). So it is never made to wait.
+    """
+    until_s = time.monotonic() + timeout_s
+    while True:
+        received = signal.sigtimedwait(signals, 0)
+        if received is not None:
+            return signal.Signals(received.si_signo)
+        left_s = until_s - time.monotonic()
+        if left_s <= 0.0:
+            return None
+        time.sleep(min(left_s, _NAP_S))

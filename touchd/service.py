@@ -63,9 +63,10 @@ class Service:
         source = self._opened.source
         self._alignment = self._alignment_of(source)
         self._settings = self._settings_of(self._config)
+        self._met = source.sensor  # the camera that the pipeline is for, or will be once the worker takes it up
         self._daemon = Daemon(
             source,
-            Pipeline(source.sensor, self._settings, source.name),
+            Pipeline(self._met, self._settings, source.name),
             self._maker.outputs(self._config),
             self._config.tracking.stall_ms,
             self._watcher,
@@ -146,7 +147,7 @@ class Service:
             self._asked.get()()
         if self._watch is not None and self._watch.changed():
             self.reload_and_log()
-        if self._daemon.source.sensor is not self._daemon.pipeline.sensor:
+        if self._opened.source.sensor is not self._met:
             self._meet_camera()
         self._keeper.look(self._daemon)
         self._complaints.look(self._daemon.outputs)
@@ -225,14 +226,15 @@ class Service:
 
     def _meet_camera(self) -> None:
         """Work with the camera that the source has found, another one than before or the first."""
-        source = self._daemon.source
+        source = self._opened.source
         log.info("%s is in use", source.name)
         self._alignment = self._alignment_of(source)
         self._settings = self._settings_of(self._config)
         self._daemon.change_pipeline(self._new_pipeline(source, self._config))
 
     def _new_pipeline(self, source: Source, config: Config) -> Pipeline:
-        pipeline = Pipeline(source.sensor, self._settings, source.name, self._daemon.pipeline.next_session_id)
+        self._met = source.sensor
+        pipeline = Pipeline(self._met, self._settings, source.name, self._daemon.pipeline.next_session_id)
         if source.identified:
             self._begin_with_surface(pipeline, config)
         return pipeline

@@ -133,14 +133,19 @@ def load_surface(path: Path, sensor: Sensor, made_from: str | None = None) -> Su
 
 
 def camera_of_surface(path: Path) -> str | None:
-    """Return the serial of the camera that a stored surface was made with; None where no file tells one."""
+    """Return the serial of the camera that a stored surface was made with; None where no file tells one.
+
+    What was made from a recording or a rendered table was made with none.
+    """
     try:
         with path.open("rb") as file:
-            camera = _header(path, file.readline().rstrip(b"\n")).get("camera")
+            header = _header(path, file.readline().rstrip(b"\n"))
     except (OSError, StateError):
         return None
+    camera = header.get("camera")
     serial = camera.get("serial") if isinstance(camera, dict) else None
-    return serial if isinstance(serial, str) and serial else None
+    named = isinstance(serial, str) and serial and str(header.get("made_from")).endswith(serial)
+    return serial if named else None
 
 
 def _header(path: Path, head: bytes) -> dict[str, Any]:

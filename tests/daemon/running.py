@@ -50,6 +50,10 @@ class RunningDaemon:
             found = self._said.wait_for(lambda: sum(text in line for line in self.lines) >= times, PATIENCE_S)
         assert found, f"{text!r} was not said {times} times: {self.lines}"
 
+    def said(self, text: str, times: int = 1) -> bool:
+        with self._said:
+            return sum(text in line for line in self.lines) >= times
+
     def end(self, number: signal.Signals) -> int:
         self.process.send_signal(number)
         code = self.process.wait(PATIENCE_S)

@@ -57,7 +57,7 @@ class DeviceClock:
 class Device:
     """A USB device in its place. ``ports`` are the ports from the root hub down; ``address`` is the bus's to give.
 
-    The counters ``opens``, ``claims`` and ``resets`` tell a test what was done to it.
+    The counters ``opens``, ``closes``, ``claims`` and ``resets`` tell a test what was done to it.
     """
 
     def __init__(self, shape: Shape, ports: tuple[int, ...], bus: int = 1) -> None:
@@ -71,7 +71,7 @@ class Device:
         self.kernel_driver: str | None = None
         self.alternate = 0
         self.owner: Handle | None = None
-        self.opens = self.claims = self.resets = 0
+        self.opens = self.closes = self.claims = self.resets = 0
         self.faults = Faults()
 
     @property
@@ -190,6 +190,7 @@ class Handle:
 
     def close(self) -> None:
         self.release()
+        self.device.closes += 1
 
     def claim(self) -> None:
         """Claim interface 0; EBUSY while the kernel's driver or another program has it."""

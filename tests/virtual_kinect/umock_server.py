@@ -142,6 +142,7 @@ class Mock:
             "opens": {device.name: device.opens for device in kinect.devices},
             "claims": {device.name: device.claims for device in kinect.devices},
             "resets": {device.name: device.resets for device in kinect.devices},
+            "owners": [device.name for device in kinect.devices if device.owner is not None],
             "registers": {} if camera is None else {str(key): value for key, value in camera.registers.items()},
             "in_flight": 0 if camera is None else self._nodes[camera].in_flight,
             "streaming": camera is not None and camera.stream is not None,

@@ -20,6 +20,7 @@ from touchd.errors import UsageError
 from touchd.model import TouchFrame
 from touchd.outputs.udp import parse_destination
 from touchd.pipeline import MissingArea, Pipeline
+from touchd.run import next_signal
 from touchd.sources.synthetic import SyntheticSource
 from touchd.table.scenario_names import DEFAULT_SCENARIO
 
@@ -66,7 +67,7 @@ def demo(options: DemoOptions, stream: TextIO, environment: Mapping[str, str]) -
 
 def _wait_for_stop(daemon: Daemon) -> None:
     while not daemon.stopping.is_set():
-        if signal.sigtimedwait(_STOPPED_BY, _LOOK_S) is not None:
+        if next_signal(_STOPPED_BY, _LOOK_S) is not None:
             return
 
 

@@ -124,12 +124,10 @@ def time_stages(scene: Scene, frames: Iterator[Frame]) -> Times:
     times = Times()
     for frame in frames:
         begun_ns = time.perf_counter_ns()
-        blobs = ready.finder.find(frame.raw)
-        found_ns = times.add("shell", begun_ns)
-        contacts = ready.locator.contacts(blobs)
-        located_ns = times.add("locate", found_ns)
+        contacts = ready.method.find(frame.raw, tracker.expected_mm(frame.t_ns))
+        found_ns = times.add("contacts", begun_ns)
         tracker.step(contacts, frame.t_ns)
-        times.add("track", located_ns)
+        times.add("track", found_ns)
     return times
 
 
@@ -150,7 +148,7 @@ class Metronome:
 
 
 @contextmanager
-def _loopback_output() -> Iterator[TuioUdpOutput]:
+def loopback_output() -> Iterator[TuioUdpOutput]:
     """Yield a TUIO output to a socket of our own that nobody reads: its kernel buffer fills up and then drops."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
         receiver.bind(("127.0.0.1", 0))
@@ -169,7 +167,7 @@ def bench(seconds: float) -> Iterator[str]:
     verdicts: list[str] = []
     for contacts in CONTACTS:
         scene = make_scene(contacts)
-        with _loopback_output() as output:
+        with loopback_output() as output:
             yield from _bench_scene(scene, output, seconds, metronome, verdicts)
     scene = make_scene(1)
     frames_a_run = max(2, round(seconds * 1e9 / _PERIOD_NS) // 2)
@@ -191,7 +189,7 @@ def _bench_scene(
     paced = time_frames(scene, metronome.paced(islice(frames, paced_frames)), output)
     paced_stages = time_stages(scene, metronome.paced(islice(frames, paced_frames)))
     for name, cold, warm in (
-        *((stage, paced_stages, hot_stages) for stage in ("shell", "locate", "track")),
+        *((stage, paced_stages, hot_stages) for stage in ("contacts", "track")),
         ("step", paced, hot),
         ("send", paced, hot),
         ("frame to datagram", paced, hot),
@@ -207,18 +205,19 @@ def _verdicts(scene: Scene, hot: Times, paced: Times) -> list[str]:
     lines = []
     if scene.contacts == 0:
         lines.append(
-            _verdict("a calibrating frame", scene.calibrating.percentiles_ms("calibrating frame")[0], CALIBRATING_MS)
+            verdict("a calibrating frame", scene.calibrating.percentiles_ms("calibrating frame")[0], CALIBRATING_MS)
         )
     if scene.contacts == 1:
         median, p99 = paced.percentiles_ms("frame to datagram")
-        lines.append(_verdict("frame to datagram, paced, 1 contact, median", median, DATAGRAM_MS))
-        lines.append(_verdict("frame to datagram, paced, 1 contact, p99", p99, DATAGRAM_P99_MS))
+        lines.append(verdict("frame to datagram, paced, 1 contact, median", median, DATAGRAM_MS))
+        lines.append(verdict("frame to datagram, paced, 1 contact, p99", p99, DATAGRAM_P99_MS))
     if scene.contacts == 10:
-        lines.append(_verdict("step(), hot, 10 contacts, median", hot.percentiles_ms("step")[0], STEP_HOT_MS))
-        lines.append(_verdict("step(), paced, 10 contacts, median", paced.percentiles_ms("step")[0], STEP_PACED_MS))
+        lines.append(verdict("step(), hot, 10 contacts, median", hot.percentiles_ms("step")[0], STEP_HOT_MS))
+        lines.append(verdict("step(), paced, 10 contacts, median", paced.percentiles_ms("step")[0], STEP_PACED_MS))
     return lines
 
 
-def _verdict(what: str, found_ms: float, budget_ms: float) -> str:
+def verdict(what: str, found_ms: float, budget_ms: float) -> str:
+    """Return whether a duration is within its budget."""
     word = "within" if found_ms <= budget_ms else "OVER"
     return f"{word} budget: {what}: {found_ms:.2f} ms of {budget_ms:.1f} ms"

@@ -1,11 +1,12 @@
 """One opened Kinect: its camera's commands and depth stream, and its LED and accelerometer where it has them."""
 
+import errno
 import logging
 import time
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any
 
 import usb.core
 import usb.util
@@ -31,6 +32,7 @@ from touchd.sources.kinect.commands import (
     Command,
     Led,
     Model,
+    MotorRequest,
     Step,
     acceleration_g,
     ir_brightness,
@@ -47,8 +49,8 @@ log = logging.getLogger(__name__)
 _TIMEOUT_MS = 500  # of a control transfer
 _POLLS = 100  # for a reply
 _POLL_S = 0.01
+_MOTOR_TIMEOUT_MS = 50  # nobody needs it, and frames wait meanwhile
 
-T = TypeVar("T")
 Pause = Callable[[float], object]
 
 
@@ -65,7 +67,8 @@ class KinectCamera:
 
     def __init__(self, kinect: KinectDevice, open_stream: OpenStream, pause: Pause = time.sleep) -> None:
         """Take the camera from the kernel's driver and for ourselves. Raises SourceError."""
-        self.name = f"Kinect {kinect.identity}"
+        self.name = kinect.name
+        self.identity = kinect.identity
         self._kinect = kinect
         self._open_stream = open_stream
         self._pause = pause
@@ -85,11 +88,14 @@ class KinectCamera:
 
     def start(self, settings: CameraSettings, take: TakeTransfer) -> IsoStream:
         """Start the stream whose transfers ``take`` gets while what is returned is pumped. Raises SourceError."""
+        if settings.near_mode is not None and self._kinect.model is not Model.WINDOWS:
+            raise SourceError(
+                f"{self.name}: source.near_mode is for the Kinect for Windows alone, and this is a "
+                f"{self._kinect.model}; remove it from the config"
+            )
         self._stream = self._open_stream(self.name, self._device, DEPTH_ENDPOINT, DEPTH_PACKET_BYTES, take)
         self._run(START_DEPTH)
         if settings.near_mode is not None:
-            if self._kinect.model is not Model.WINDOWS:
-                raise SourceError(f"{self.name}: source.near_mode is for the Kinect for Windows alone; remove it")
             self._run(NEAR_MODE_ON if settings.near_mode else NEAR_MODE_OFF)
         if settings.ir_brightness is not None:
             self._run(ir_brightness(settings.ir_brightness))
@@ -159,26 +165,36 @@ class _Motor:
         self._works = True
 
     def show(self, led: Led) -> None:
-        request = led_request(led)
-        self._try(lambda: self._device.ctrl_transfer(request.request_type, request.request, request.value, 0, None))
+        self._ask(led_request(led), None)
 
     def acceleration_g(self) -> tuple[float, float, float] | None:
-        request = ACCELEROMETER
-        reply = self._try(
-            lambda: self._device.ctrl_transfer(request.request_type, request.request, request.value, 0, request.length)
-        )
-        return None if reply is None else acceleration_g(bytes(reply))
+        reply = self._ask(ACCELEROMETER, ACCELEROMETER.length)
+        if reply is None:
+            return None
+        try:
+            return acceleration_g(bytes(reply))
+        except SourceError as error:
+            self._give_up(str(error))
+            return None
 
     def close(self) -> None:
         with suppress(USBError):
             usb.util.dispose_resources(self._device)
 
-    def _try(self, request: Callable[[], T]) -> T | None:
+    def _ask(self, request: MotorRequest, data: int | None) -> Any:
+        """Return what comes back of ``data`` bytes; None if that failed, now or before."""
         if not self._works:
             return None
         try:
-            return request()
+            return self._device.ctrl_transfer(
+                request.request_type, request.request, request.value, 0, data, _MOTOR_TIMEOUT_MS
+            )
         except USBError as error:
             self._works = False
-            log.info("%s: its LED and accelerometer cannot be used: %s", self._name, error.strerror)
+            if error.errno != errno.ENODEV:  # else it went with the camera, which is told already
+                self._give_up(error.strerror)
             return None
+
+    def _give_up(self, why: str) -> None:
+        self._works = False
+        log.info("%s: its LED and accelerometer cannot be used: %s", self._name, why)

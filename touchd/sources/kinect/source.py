@@ -7,22 +7,29 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-from touchd.errors import DeviceLost, SourceError
+from touchd.errors import DeviceLost, DeviceNotFound, SourceError
 from touchd.geometry import kinect_v1_sensor
 from touchd.model import Frame, Intrinsics, Sensor, State
 from touchd.sources.kinect.camera import CameraSettings, KinectCamera
 from touchd.sources.kinect.commands import Led
 from touchd.sources.kinect.devices import KinectDevice, UsbPresence, choose, look_at_usb
+from touchd.sources.kinect.losses import LossWatch
 from touchd.sources.kinect.packets import DepthPacketFrame, PacketAssembler, PacketCounts, frames_missed
 from touchd.sources.kinect.stream import LibusbStream, OpenStream
 
 log = logging.getLogger(__name__)
 
 _PUMP_S = 0.05
+_FRAME_NS = 33_366_667
 _LOST_AFTER_NS = 1_000_000_000  # without a frame
 _FIRST_FRAME_NS = 3_000_000_000  # the projector takes its time
+# Where more time than this passes between two looks at the stream, it was we who did not look.
+_LONGEST_SILENCE_NS = 100_000_000
 _ACCELERATION_NS = 1_000_000_000
-_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.25, 2.0
+_LOOK_PAUSE_S = 0.5  # where there is no camera: looking costs little, and whoever plugs one in waits
+_FIRST_PAUSE_S, _LONGEST_PAUSE_S = 0.25, 2.0  # where there is one that does not work
+_SIBLING_PAUSE_S = 1.0  # the parts of a Kinect that was just plugged in appear one after the other
+_LOYAL_NS = 10_000_000_000
 _LED_OF = {State.TRACKING: Led.GREEN, State.CALIBRATING: Led.GREEN_BLINKING, State.NO_FRAMES: Led.RED}
 
 
@@ -33,7 +40,7 @@ class Surroundings:
     look: Callable[[], UsbPresence] = look_at_usb
     open_stream: OpenStream = LibusbStream
     now_ns: Callable[[], int] = time.monotonic_ns
-    pause: Callable[[float], object] | None = None  # None: wait, but not longer than until closed
+    pause: Callable[[float], object] | None = None  # None: wait, and between two tries not longer than until closed
 
 
 class KinectSource:
@@ -64,10 +71,13 @@ class KinectSource:
         self._closed = threading.Event()
         self._waiting: str | None = "looking for a Kinect"
         self._reconnects = 0
+        self._absent = True
+        self._missed_since_ns: int | None = None
         self._index = -1
+        self._t_ns = 0
         self._ticks: int | None = None
         self._state: State | None = None
-        self._acceleration_g: tuple[float, float, float] | None = None
+        self._losses: LossWatch | None = None
         self.counts = PacketCounts()
 
     @property
@@ -95,6 +105,11 @@ class KinectSource:
         """How often the camera was lost and found again."""
         return self._reconnects
 
+    @property
+    def packet_loss(self) -> float | None:
+        """Which share of the packets was lost in the last 10 s; None as long as that is not known."""
+        return self._losses.share if self._losses is not None else None
+
     def show(self, state: State) -> None:
         """Let the camera's LED tell how the daemon fares. May be called from any thread."""
         self._state = state
@@ -110,31 +125,65 @@ class KinectSource:
             before = self._index
             try:
                 yield from self._frames_of_a_camera()
-            except SourceError as error:
-                flowed = self._index > before
+            except DeviceNotFound as error:
+                self._absent = True
                 self._tell(str(error))
-                pause_s = _FIRST_PAUSE_S if flowed else min(2.0 * pause_s, _LONGEST_PAUSE_S)
+                self._pause(_LOOK_PAUSE_S)
+            except SourceError as error:
+                self._tell(str(error))
+                pause_s = _FIRST_PAUSE_S if self._index > before else min(2.0 * pause_s, _LONGEST_PAUSE_S)
                 self._pause(pause_s)
 
     def _frames_of_a_camera(self) -> Iterator[Frame]:
-        camera = KinectCamera(self._choose(), self._world.open_stream, self._pause)
+        kinect = self._choose()
+        if self._absent:
+            self._absent = False
+            self._waiting = f"{kinect.name}: opening it"
+            log.info("%s: found at %s, opening it", kinect.name, kinect.path)
+        camera = KinectCamera(kinect, self._world.open_stream, self._world.pause or time.sleep)
         try:
             self._identify(camera)
             yield from self._stream(camera)
+            camera.show(Led.OFF)
+        except SourceError as error:
+            # Before closing, which takes its time: touches end as soon as it is known that frames do.
+            self._tell(str(error))
+            camera.show(Led.RED)
+            raise
         finally:
-            self._ticks = None
+            self._ticks = self._losses = None
             camera.close()
 
     def _choose(self) -> KinectDevice:
-        """Return the camera to open: the one that was in use before any other."""
-        return choose(self._world.look(), self._wanted, self._sensor.serial or self._preferred)
+        """Return the camera to open."""
+        preferred = self._sensor.serial or self._preferred
+        presence = self._world.look()
+        self._be_loyal(presence, preferred)
+        kinect = choose(presence, self._wanted, preferred)
+        if kinect.identity != kinect.path or kinect.path in {self._wanted, preferred} or kinect.forbidden:
+            return kinect
+        self._pause(_SIBLING_PAUSE_S)
+        return choose(self._world.look(), self._wanted, preferred)
+
+    def _be_loyal(self, presence: UsbPresence, preferred: str | None) -> None:
+        """Wait for the camera that was in use for a while before another one is taken. Raises DeviceNotFound."""
+        there = any(kinect.answers_to(preferred) for kinect in presence.kinects if preferred)
+        if self._wanted or not preferred or there or not presence.kinects:
+            self._missed_since_ns = None
+            return
+        if self._missed_since_ns is None:
+            self._missed_since_ns = self._world.now_ns()
+        if self._world.now_ns() - self._missed_since_ns < _LOYAL_NS:
+            raise DeviceNotFound(
+                f"Kinect {preferred}, which the surface was learned with, is not plugged in: plug it in, else "
+                f"{presence.kinects[0].name} takes its place after {_LOYAL_NS / 1e9:.0f} s"
+            )
 
     def _identify(self, camera: KinectCamera) -> None:
         found = camera.constants()
         for doubt in found.doubts:
             log.warning("%s", doubt)
-        serial = camera.name.removeprefix("Kinect ")
-        sensor = kinect_v1_sensor(found.zero_plane, self._intrinsics, serial)
+        sensor = kinect_v1_sensor(found.zero_plane, self._intrinsics, camera.identity)
         if not self.identified or not _same(sensor, self._sensor):
             self._sensor = sensor
 
@@ -147,28 +196,44 @@ class KinectSource:
             finished.extend(assembler.feed_transfer(transfer, lengths, stride))
 
         stream = camera.start(self._settings, take)
-        patience_ns, last_ns = _FIRST_FRAME_NS, self._world.now_ns()
+        last_ns = self._world.now_ns()
+        patience_ns, silent_ns = _FIRST_FRAME_NS, 0
+        losses = self._losses = LossWatch(camera.name, last_ns)
         tending = _Tending(camera)
         while not self._closed.is_set():
             stream.pump(_PUMP_S)
             now_ns = self._world.now_ns()
+            silent_ns += min(now_ns - last_ns, _LONGEST_SILENCE_NS)
+            last_ns = now_ns
             while finished:
-                patience_ns, last_ns = _LOST_AFTER_NS, now_ns
-                self._found_again(camera)
-                yield self._frame(finished.popleft(), now_ns)
-            if now_ns - last_ns >= patience_ns:
+                patience_ns, silent_ns = _LOST_AFTER_NS, 0
+                self._streaming(camera)
+                # Several at once have waited for us: they were taken one after the other.
+                t_ns = now_ns - (len(finished) - 1) * _FRAME_NS
+                yield self._frame(finished.popleft(), t_ns, tending.acceleration_g, losses)
+            if silent_ns >= patience_ns:
                 raise DeviceLost(
                     f"{camera.name}: no frame came for {patience_ns / 1e9:.0f} s: check its cable and power supply"
                 )
-            self._acceleration_g = tending.look(self._state, now_ns)
+            tending.look(self._state, now_ns)
 
-    def _frame(self, finished: DepthPacketFrame, now_ns: int) -> Frame:
-        missed = 0 if self._ticks is None else frames_missed(self._ticks, finished.ticks)
-        self._ticks = finished.ticks
+    def _frame(
+        self,
+        finished: DepthPacketFrame,
+        t_ns: int,
+        acceleration_g: tuple[float, float, float] | None,
+        losses: LossWatch,
+    ) -> Frame:
+        missed = 0
+        if finished.ticks:  # 0 where nothing but the start came, which has no time
+            missed = 0 if self._ticks is None else frames_missed(self._ticks, finished.ticks)
+            self._ticks = finished.ticks
         self._index += 1 + missed
-        return Frame(self._index, now_ns, finished.raw, len(finished.missing), self._acceleration_g)
+        self._t_ns = max(t_ns, self._t_ns + 1)
+        losses.note(missed, len(finished.missing), t_ns)
+        return Frame(self._index, self._t_ns, finished.raw, len(finished.missing), acceleration_g)
 
-    def _found_again(self, camera: KinectCamera) -> None:
+    def _streaming(self, camera: KinectCamera) -> None:
         if self._waiting is None:
             return
         self._waiting = None
@@ -182,10 +247,7 @@ class KinectSource:
         self._waiting = why
 
     def _pause(self, seconds: float) -> None:
-        if self._world.pause is None:
-            self._closed.wait(seconds)
-        else:
-            self._world.pause(seconds)
+        (self._world.pause or self._closed.wait)(seconds)
 
 
 class _Tending:
@@ -195,18 +257,17 @@ class _Tending:
         self._camera = camera
         self._shown: Led | None = None
         self._asked_ns: int | None = None
-        self._acceleration_g: tuple[float, float, float] | None = None
+        self.acceleration_g: tuple[float, float, float] | None = None  # as measured last
 
-    def look(self, state: State | None, now_ns: int) -> tuple[float, float, float] | None:
-        """Do what is due; return the acceleration measured last, in g."""
+    def look(self, state: State | None, now_ns: int) -> None:
+        """Do what is due for a daemon in this state."""
         led = Led.GREEN_BLINKING if state is None else _LED_OF.get(state, Led.YELLOW)
         if led is not self._shown:
             self._shown = led
             self._camera.show(led)
         if self._asked_ns is None or now_ns - self._asked_ns >= _ACCELERATION_NS:
             self._asked_ns = now_ns
-            self._acceleration_g = self._camera.acceleration_g()
-        return self._acceleration_g
+            self.acceleration_g = self._camera.acceleration_g()
 
 
 def _same(a: Sensor, b: Sensor) -> bool:

@@ -6,6 +6,7 @@ reaches into private names for it. Everything happens on the thread that calls :
 """
 
 import ctypes
+import time
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -14,16 +15,15 @@ import usb.backend.libusb1
 import usb.core
 
 from touchd.errors import DeviceLost
-from touchd.sources.kinect.failures import usb_failure
+from touchd.sources.kinect.failures import gone, refused_transfer
 
 TRANSFERS = 16  # 64 ms in flight
 PACKETS = 32  # a transfer: 4 ms
 _COMPLETED, _CANCELLED, _NO_DEVICE = 0, 3, 5  # libusb_transfer_status
+_GONE, _INTERRUPTED = -4, -10  # libusb_error
 _ISOCHRONOUS = 1  # libusb_transfer_type
-_OUTLIVE_S = 0.02
-_PATIENCE_PUMPS = 100  # two seconds for the cancelled transfers to come back
+_PATIENCE_S = 2.0  # for the cancelled transfers to come back
 _DESCRIPTOR_WORDS = 3  # length, actual length, status
-_ERRNO_OF = {-1: 5, -3: 13, -4: 19, -6: 16, -7: 110, -9: 32, -11: 12}  # from libusb_error
 
 TakeTransfer = Callable[[memoryview, Sequence[int], int], None]
 
@@ -65,7 +65,7 @@ class LibusbStream:
         self._stopping = False
         self._flying = 0
         # ctypes keeps no reference to a callback: this one must live as long as any transfer does.
-        self._callback = _CALLBACK(self._came_back)
+        self._callback: Any = _CALLBACK(self._came_back)
         self._transfers: dict[int, _Transfer] = {}
         try:
             for _ in range(TRANSFERS):
@@ -81,12 +81,10 @@ class LibusbStream:
 
         Raises what ``take`` raised, DeviceLost where the camera is gone.
         """
-        if self._failure is None:
-            self._handle_events(timeout_s)
+        if self._failure is None and not self._handle_events(timeout_s):
+            self._failure = DeviceLost(f"{self._name}: USB brings no more of its stream: check its cable and power")
         if self._failure is not None:
             raise self._failure
-        if not self._flying:
-            raise DeviceLost(f"{self._name}: its stream broke off: check its cable and power")
 
     def stop(self) -> None:
         """Cancel all transfers and wait until each has come back; only then is their memory given back."""
@@ -94,28 +92,32 @@ class LibusbStream:
         for transfer in self._transfers.values():
             if transfer.flying:
                 self._lib.libusb_cancel_transfer(transfer.pointer)
-        for _ in range(_PATIENCE_PUMPS):
-            if not self._flying:
-                break
-            self._handle_events(_OUTLIVE_S)
+        until_s = time.monotonic() + _PATIENCE_S
+        while self._flying and time.monotonic() < until_s and self._handle_events(until_s - time.monotonic()):
+            pass
         if self._flying:
-            # The kernel may still write into them: memory that is lost is better than memory that is overwritten.
+            # libusb may still write into them: memory that is lost is better than memory that is overwritten.
             ctypes.pythonapi.Py_IncRef(ctypes.py_object(self))
             return
         for transfer in self._transfers.values():
             self._lib.libusb_free_transfer(transfer.pointer)
         self._transfers.clear()
+        # Both refer to this object: without it, some MB would wait for Python to look for cycles.
+        self._callback = self._failure = None
 
-    def _handle_events(self, timeout_s: float) -> None:
-        seconds, fraction = divmod(timeout_s, 1.0)
+    def _handle_events(self, timeout_s: float) -> bool:
+        """Let libusb call back for what has ended, waiting for one up to ``timeout_s``; return whether it could."""
+        seconds, fraction = divmod(max(0.0, timeout_s), 1.0)
         limit = _Timeval(int(seconds), int(fraction * 1e6))
-        self._lib.libusb_handle_events_timeout(self._backend.ctx, ctypes.byref(limit))
+        code = self._lib.libusb_handle_events_timeout(self._backend.ctx, ctypes.byref(limit))
+        return code in {0, _INTERRUPTED}
 
     def _submit(self, transfer: "_Transfer") -> None:
         code = self._lib.libusb_submit_transfer(transfer.pointer)
+        if code == _GONE:
+            raise gone(self._name, "streaming")
         if code != 0:
-            reason = self._lib.libusb_strerror(code).decode()
-            raise usb_failure(self._name, "submitting its stream's transfers", _ERRNO_OF.get(code), reason)
+            raise refused_transfer(self._name, self._lib.libusb_strerror(code).decode())
         transfer.flying = True
         self._flying += 1
 
@@ -134,7 +136,7 @@ class LibusbStream:
     def _hand_over(self, transfer: "_Transfer") -> None:
         status = transfer.pointer.contents.status
         if status in {_CANCELLED, _NO_DEVICE}:
-            raise DeviceLost(f"{self._name}: it went away while it was streaming: check its cable and power")
+            raise gone(self._name, "streaming")
         if status == _COMPLETED:
             self._take(transfer.view, transfer.lengths(), self._stride)
         self._submit(transfer)
