@@ -79,7 +79,8 @@ def test_a_realsense_in_the_config_is_told_to_be_too_early(tmp_path: Path) -> No
 def store_surface(fake: FakeComputer, camera: str | None) -> Path:
     path = fake.state_folder / "surface.touchd"
     path.parent.mkdir(parents=True)
-    path.write_text(json.dumps({"kind": "touchd surface", "version": 1, "camera": {"serial": camera}}) + "\n")
+    header = {"kind": "touchd surface", "version": 1, "camera": {"serial": camera}, "made_from": f"Kinect {camera}"}
+    path.write_text(json.dumps(header) + "\n")
     os.utime(path, (NOW_S - 7300, NOW_S - 7300))
     return path
 

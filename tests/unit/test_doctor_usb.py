@@ -21,10 +21,10 @@ def told(fake: FakeComputer, section: str) -> list[tuple[str, str, str | None]]:
 @pytest.mark.parametrize(
     ("limit", "level", "text"),
     [
-        ("16", "ok", "16 MB for all programs together; 3 Kinects need 2.8 MB"),
-        ("0", "ok", "no limit for all programs; 3 Kinects need 2.8 MB"),
-        ("4", "note", "4 MB for all programs together; 3 Kinects need 2.8 MB"),
-        ("2", "problem", "2 MB for all programs together; 3 Kinects need 2.8 MB"),
+        ("16", "ok", "16 MB for all programs together; 3 Kinects need 3.2 MB"),
+        ("0", "ok", "no limit for all programs; 3 Kinects need 3.2 MB"),
+        ("4", "note", "4 MB for all programs together; 3 Kinects need 3.2 MB"),
+        ("2", "problem", "2 MB for all programs together; 3 Kinects need 3.2 MB"),
     ],
 )
 def test_usb_memory_must_hold_the_streams_of_all_kinects(tmp_path: Path, limit: str, level: str, text: str) -> None:
@@ -39,7 +39,7 @@ def test_usb_memory_must_hold_the_streams_of_all_kinects(tmp_path: Path, limit: 
 def test_a_memory_limit_that_cannot_be_read_is_told(tmp_path: Path) -> None:
     fake = FakeComputer(tmp_path)
     (fake.root / LIMIT).unlink()
-    assert told(fake, "USB memory") == [("note", f"/{LIMIT} cannot be read; 1 Kinect needs 0.9 MB", None)]
+    assert told(fake, "USB memory") == [("note", f"/{LIMIT} cannot be read; 1 Kinect needs 1.1 MB", None)]
 
 
 @pytest.mark.parametrize(

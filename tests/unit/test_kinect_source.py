@@ -102,7 +102,7 @@ def test_frames_that_were_not_fetched_in_time_are_gaps_in_the_count() -> None:
 
 def test_frames_that_are_handed_over_together_keep_their_distance(monkeypatch: pytest.MonkeyPatch) -> None:
     one_by_one = ModelStream.pump
-    monkeypatch.setattr(ModelStream, "pump", lambda self, wait_s: [one_by_one(self, wait_s) for _ in range(25)])
+    monkeypatch.setattr(ModelStream, "pump", lambda self, wait_s: [one_by_one(self, wait_s) for _ in range(50)])
     times = [frame.t_ns for frame in take(Driven(A).source().frames(), 60)]
     assert {round((b - a) / 1e6) for a, b in itertools.pairwise(times)} == {33}
 

@@ -4,6 +4,7 @@ import errno
 import logging
 
 import pytest
+from touchd.sources.kinect.stream import TRANSFERS
 
 from virtual_kinect.bus import KinectPlan
 from virtual_kinect.driven import Driven, take
@@ -141,7 +142,7 @@ def test_nothing_leaks_over_1000_reconnects() -> None:
         there.clock.at(there.clock.s + 0.1, there.plug)
     next(frames)
     assert source.reconnects == 1000
-    assert there.balance() == [2, 1, 16]  # the camera and the motor, once
+    assert there.balance() == [2, 1, TRANSFERS]  # the camera and the motor, once
     source.close()
     assert list(frames) == []
     assert there.balance() == [0, 0, 0]

@@ -4,6 +4,7 @@ import ctypes
 from collections.abc import Callable, Sequence
 from functools import partial
 from inspect import getsource
+from itertools import accumulate
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,12 +13,14 @@ import usb
 import usb.core
 from touchd.errors import DeviceLost, SourceError
 from touchd.sources.kinect import stream
+from touchd.sources.kinect.pacing import MICROFRAMES_PER_FRAME
 from touchd.sources.kinect.stream import PACKETS, TRANSFERS, LibusbStream
 from usb.backend import libusb1
 
 from virtual_kinect.packages import need_packages
 
 ENDPOINT, PACKET_BYTES = 0x82, 1920
+USUAL = 45
 COMPLETED, FAILED, CANCELLED, NO_DEVICE = 0, 1, 3, 5
 OK, INPUT_OUTPUT, GONE, BROKEN = 0, -1, -4, -99
 NEEDED_FIELDS = {
@@ -50,7 +53,7 @@ class FakeLibusb:
         for name, function in vars(self.lib).items():
             setattr(self.lib, name, partial(function))
 
-    def open(self, take: Callable[[memoryview, Sequence[int], int], None]) -> LibusbStream:
+    def open(self, take: Callable[[memoryview, Sequence[int], int], int | None]) -> LibusbStream:
         context = SimpleNamespace(
             backend=SimpleNamespace(lib=self.lib, ctx=None), handle=SimpleNamespace(handle=ctypes.c_void_p(7))
         )
@@ -128,12 +131,34 @@ class _Descriptors:
 
 def test_all_transfers_are_submitted_and_each_again_once_it_was_handed_over(libusb: FakeLibusb) -> None:
     seen: list[tuple[int, int, int]] = []
-    running = libusb.open(lambda transfer, lengths, stride: seen.append((len(transfer), len(lengths), stride)))
+    running = libusb.open(
+        lambda transfer, lengths, stride: seen.append((len(transfer), len(lengths), stride))
+    )
     assert len(libusb.submitted) == TRANSFERS
     libusb.ends = [COMPLETED, COMPLETED]
     running.pump(0.0)
-    assert seen == [(PACKETS * PACKET_BYTES, PACKETS, PACKET_BYTES)] * 2
+    assert seen == [(PACKETS * PACKET_BYTES, USUAL, PACKET_BYTES)] * 2
+    assert len(libusb.submitted) == TRANSFERS - 2  # what was handed over may be used before USB is asked for more
+    running.pump(0.0)
     assert len(libusb.submitted) == TRANSFERS
+    running.stop()
+
+
+def test_a_transfer_ends_just_behind_a_frame_once_it_is_known_where_frames_end(libusb: FakeLibusb) -> None:
+    ends = iter([None, 20])  # in the second transfer, so at packet 45 + 20
+    running = libusb.open(lambda *_: next(ends, None))
+    libusb.ends = [COMPLETED, COMPLETED]
+    running.pump(0.0)
+    running.pump(0.0)
+    submitted = TRANSFERS * USUAL
+    for _ in range(8):
+        libusb.ends = [COMPLETED]
+        running.pump(0.0)
+        running.pump(0.0)
+    sizes = [one.contents.num_iso_packets for one in libusb.submitted[-10:]]
+    boundaries = list(accumulate(sizes, initial=submitted))
+    assert min(abs(65 + 1 + 2 + 3 * MICROFRAMES_PER_FRAME - boundary) for boundary in boundaries) < 1.0
+    assert [one.contents.length for one in libusb.submitted[-10:]] == [PACKET_BYTES * size for size in sizes]
     running.stop()
 
 
@@ -145,7 +170,7 @@ def test_packets_lengths_are_handed_over_and_a_faulty_packet_has_none(libusb: Fa
     first[0].actual_length, first[1].actual_length, first[1].status = 1760, 1760, FAILED
     libusb.ends = [COMPLETED]
     running.pump(0.0)
-    assert list(seen[0]) == [1760] + [0] * (PACKETS - 1)
+    assert list(seen[0]) == [1760] + [0] * (USUAL - 1)
     running.stop()
 
 
@@ -153,6 +178,7 @@ def test_a_transfer_that_failed_is_submitted_again_without_being_handed_over(lib
     seen: list[int] = []
     running = libusb.open(lambda *_: seen.append(1))
     libusb.ends = [FAILED]
+    running.pump(0.0)
     running.pump(0.0)
     assert (seen, len(libusb.submitted)) == ([], TRANSFERS)
     running.stop()

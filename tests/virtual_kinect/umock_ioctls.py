@@ -33,18 +33,22 @@ from virtual_kinect.usbfs import (
 _SET_INTERFACE, _SET_CONFIGURATION, _GET_DRIVER, _SUBMIT, _DISCARD, _REAP, _REAP_NO_DELAY = 4, 5, 8, 10, 11, 12, 13
 _CLAIM, _RELEASE, _DRIVER_IOCTL, _RESET, _DISCONNECT, _CONNECT, _CAPABILITIES, _SPEED = 15, 16, 18, 20, 22, 23, 26, 31
 _DRIVER_NAME_AT, _DRIVER_NAME_BYTES = 4, 256
-_LONGEST_WAIT_MS = 2  # libusb asks without pause, as a mock node is always ready: nothing to reap is said late
+_LONGEST_WAIT_MS = 6  # libusb asks without pause, as a mock node is always ready: nothing to reap is said late
 _HIGH_SPEED = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What all nodes share. ``lock`` is held while the devices are used; ``pulled_out`` is told of every ENODEV."""
+    """What all nodes share. ``lock`` is held while the devices are used; ``pulled_out`` is told of every ENODEV.
+
+    ``streaming`` tells whether any node has isochronous urbs in flight.
+    """
 
     clock: Clock
     lock: threading.Lock
     patient: bool
     pulled_out: Callable[[], None]
+    streaming: Callable[[], bool]
 
 
 class DeviceNode:
@@ -142,16 +146,18 @@ class DeviceNode:
         file.discard(_pointer(client.get_property("arg")))
 
     def _reap(self, client: Any, file: OpenFile, *, waited: bool) -> None:
-        """Give back a finished urb, at once or within 2 ms; then say that there is none.
+        """Give back a finished urb, at once or as soon as one is; else say that there is none.
 
-        libusb asks again after each one that it gets, and only goes on when there is none: that is said at once.
+        libusb asks again after each one that it gets, and only goes on when there is none: that is said at once. So it
+        is at a node without urbs while another one streams: libusb asks them in turn, and that one makes it wait.
         """
         reaped = file.reap()
+        beside_a_stream = file.in_flight == 0 and self._setting.streaming()
         if reaped is not None:
             self._give_back(client, reaped)
             self._reaping.add(client)
             client.complete(0, 0)
-        elif waited or client in self._reaping:
+        elif waited or client in self._reaping or beside_a_stream:
             self._reaping.discard(client)
             client.complete(-1, errno.EAGAIN)
         else:

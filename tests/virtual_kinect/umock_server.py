@@ -57,7 +57,7 @@ class Mock:
     def __init__(self, order: dict[str, Any]) -> None:
         self._lock = threading.Lock()
         clock = HostClock()
-        self._setting = Setting(clock, self._lock, order["patient"], self._remove_soon)
+        self._setting = Setting(clock, self._lock, order["patient"], self._remove_soon, self._streaming)
         self._testbed = UMockdev.Testbed.new()
         self._nodes: dict[Device, DeviceNode] = {}
         self._shown: list[Kinect] = []
@@ -113,6 +113,9 @@ class Mock:
                 self._testbed.uevent(path, "remove")
                 self._testbed.detach_ioctl(_node(device))
                 self._testbed.remove_device(path)
+
+    def _streaming(self) -> bool:
+        return any(node.in_flight for node in self._nodes.values())
 
     def _add(self, device: Device) -> None:
         # First what answers, then the device, as the client is told of it at once.

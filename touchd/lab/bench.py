@@ -124,9 +124,9 @@ def time_stages(scene: Scene, frames: Iterator[Frame]) -> Times:
     times = Times()
     for frame in frames:
         begun_ns = time.perf_counter_ns()
-        contacts = ready.method.find(frame.raw, tracker.expected_mm(frame.t_ns))
+        seen = ready.method.find(frame.raw, tracker.expected_mm(frame.t_ns))
         found_ns = times.add("contacts", begun_ns)
-        tracker.step(contacts, frame.t_ns)
+        tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
         times.add("track", found_ns)
     return times
 

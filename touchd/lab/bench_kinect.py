@@ -17,7 +17,6 @@ from touchd.model import Frame
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.pipeline import Pipeline, PipelineSettings
 from touchd.sources.kinect.camera import CameraSettings
-from touchd.sources.kinect.packets import END
 from touchd.sources.kinect.source import KinectSource, Surroundings
 from touchd.sources.kinect.stream import IsoStream, LibusbStream, TakeTransfer
 from touchd.surface.settings import CalibrationSettings
@@ -26,14 +25,13 @@ CAPTURE_SHARE = 0.12  # of one core, from docs/design.md
 _PATIENCE_S = 10.0  # for the first frame
 _CALIBRATION_FRAMES = 30
 _WARM_FRAMES = 30  # after calibrating: what is used for the first time takes longer
-_FLAG_AT = 3  # in a packet
 _MICROFRAME_NS = 125_000
 _NAP_S = 0.005
 _STALL_NS = 20_000_000
 
 
 class EndTimes:
-    """When the last packet of each frame came, and when its transfer was handed over: as a whole, up to 4 ms later."""
+    """When the last packet of each frame came, and when its transfer was handed over: as a whole, some ms later."""
 
     def __init__(self) -> None:
         self._handed_over_ns: list[int] = []
@@ -44,13 +42,13 @@ class EndTimes:
     ) -> IsoStream:
         """Open a stream whose packets are looked at on their way to ``take``."""
 
-        def look(transfer: memoryview, lengths: Sequence[int], stride: int) -> None:
+        def look(transfer: memoryview, lengths: Sequence[int], stride: int) -> int | None:
             now_ns = time.monotonic_ns()
-            flags = np.frombuffer(transfer, np.uint8)[_FLAG_AT::stride]
-            for place in np.flatnonzero((flags == END) & (np.array(lengths) > 0)).tolist():
+            place = take(transfer, lengths, stride)
+            if place is not None:
                 self._handed_over_ns.append(now_ns)
                 self._came_ns.append(now_ns - (len(lengths) - 1 - place) * _MICROFRAME_NS)
-            take(transfer, lengths, stride)
+            return place
 
         return LibusbStream(name, device, endpoint, packet_bytes, look)
 

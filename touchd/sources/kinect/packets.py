@@ -7,7 +7,7 @@ changed but not their number; a header changed into just the one that was due; e
 behind a start, for which numbers and places are the same again.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from struct import Struct
 
@@ -21,6 +21,7 @@ TICKS_PER_FRAME = 2_002_200  # 33.37 ms
 
 _HEADER = Struct("<2sxBxBxxI")
 _MAGIC = b"RB"
+_FLAG_AT = 3
 _FLAGS = (START, *[MIDDLE] * (PACKETS_PER_FRAME - 2), END)
 _SIZES = tuple(HEADER_BYTES + payload_bytes(slot) for slot in range(PACKETS_PER_FRAME))
 _LARGEST_GAP = 5
@@ -62,6 +63,18 @@ def frames_missed(earlier_ticks: int, later_ticks: int) -> int:
     """Return how many frames the device took between two frames of these times, at most 70 s apart."""
     elapsed = (later_ticks - earlier_ticks) % TICKS_WRAP
     return max(0, round(elapsed / TICKS_PER_FRAME) - 1)
+
+
+def last_end(transfer: memoryview, lengths: Sequence[int], stride: int) -> int | None:
+    """Return the place of the last packet in a transfer that says that it ends a frame; None without one.
+
+    ``transfer`` and ``stride`` as in :meth:`PacketAssembler.feed_transfer`.
+    """
+    octets = transfer.cast("B")
+    for place in range(len(lengths) - 1, -1, -1):
+        if lengths[place] >= HEADER_BYTES and octets[place * stride + _FLAG_AT] == END:
+            return place
+    return None
 
 
 class PacketAssembler:

@@ -14,7 +14,7 @@ from touchd.sources.kinect.camera import CameraSettings, KinectCamera
 from touchd.sources.kinect.commands import Led
 from touchd.sources.kinect.devices import KinectDevice, UsbPresence, choose, look_at_usb
 from touchd.sources.kinect.losses import LossWatch
-from touchd.sources.kinect.packets import DepthPacketFrame, PacketAssembler, PacketCounts, frames_missed
+from touchd.sources.kinect.packets import DepthPacketFrame, PacketAssembler, PacketCounts, frames_missed, last_end
 from touchd.sources.kinect.stream import LibusbStream, OpenStream
 
 log = logging.getLogger(__name__)
@@ -192,8 +192,9 @@ class KinectSource:
         assembler = PacketAssembler()
         self.counts = assembler.counts
 
-        def take(transfer: memoryview, lengths: Sequence[int], stride: int) -> None:
+        def take(transfer: memoryview, lengths: Sequence[int], stride: int) -> int | None:
             finished.extend(assembler.feed_transfer(transfer, lengths, stride))
+            return last_end(transfer, lengths, stride)
 
         stream = camera.start(self._settings, take)
         last_ns = self._world.now_ns()

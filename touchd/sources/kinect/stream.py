@@ -14,18 +14,20 @@ import numpy as np
 import usb.backend.libusb1
 import usb.core
 
-from touchd.errors import DeviceLost
+from touchd.errors import DeviceLost, SourceError
 from touchd.sources.kinect.failures import gone, refused_transfer
+from touchd.sources.kinect.pacing import TransferSizes
 
-TRANSFERS = 16  # 64 ms in flight
-PACKETS = 32  # a transfer: 4 ms
+TRANSFERS = 12  # 67 ms in flight
+PACKETS = 48  # that a transfer can hold; of which it takes about 45, or 5.6 ms
 _COMPLETED, _CANCELLED, _NO_DEVICE = 0, 3, 5  # libusb_transfer_status
 _GONE, _INTERRUPTED = -4, -10  # libusb_error
 _ISOCHRONOUS = 1  # libusb_transfer_type
 _PATIENCE_S = 2.0  # for the cancelled transfers to come back
 _DESCRIPTOR_WORDS = 3  # length, actual length, status
 
-TakeTransfer = Callable[[memoryview, Sequence[int], int], None]
+# Gets a transfer's bytes, the packets' lengths and distance in bytes; returns the place of one that ended a frame, if any.
+TakeTransfer = Callable[[memoryview, Sequence[int], int], int | None]
 
 
 class IsoStream(Protocol):
@@ -46,12 +48,12 @@ class _Timeval(ctypes.Structure):
 
 
 class LibusbStream:
-    """16 transfers of 32 packets of an opened device's endpoint, each submitted again as soon as it was handed over."""
+    """A dozen transfers of an opened device's endpoint, each submitted again after it was handed over."""
 
     def __init__(
         self, name: str, device: usb.core.Device, endpoint: int, packet_bytes: int, take: TakeTransfer
     ) -> None:
-        """Submit all transfers. ``take`` gets a transfer's bytes, the packets' lengths, and their distance in bytes.
+        """Submit all transfers; each that is complete goes to ``take``.
 
         Raises SourceError where the system has no memory for them, DeviceLost where the camera is gone.
         """
@@ -67,6 +69,8 @@ class LibusbStream:
         # ctypes keeps no reference to a callback: this one must live as long as any transfer does.
         self._callback: Any = _CALLBACK(self._came_back)
         self._transfers: dict[int, _Transfer] = {}
+        self._idle: list[_Transfer] = []
+        self._sizes = TransferSizes(PACKETS)
         try:
             for _ in range(TRANSFERS):
                 transfer = _Transfer(self._lib, self._handle, endpoint, packet_bytes, self._callback)
@@ -81,6 +85,8 @@ class LibusbStream:
 
         Raises what ``take`` raised, DeviceLost where the camera is gone.
         """
+        if self._failure is None:
+            self._submit_again()
         if self._failure is None and not self._handle_events(timeout_s):
             self._failure = DeviceLost(f"{self._name}: USB brings no more of its stream: check its cable and power")
         if self._failure is not None:
@@ -112,7 +118,17 @@ class LibusbStream:
         code = self._lib.libusb_handle_events_timeout(self._backend.ctx, ctypes.byref(limit))
         return code in {0, _INTERRUPTED}
 
+    def _submit_again(self) -> None:
+        """Submit what was handed over since the last time: not at once, as a frame that is ready should not wait."""
+        try:
+            for transfer in self._idle:
+                self._submit(transfer)
+        except SourceError as error:
+            self._failure = error
+        self._idle.clear()
+
     def _submit(self, transfer: "_Transfer") -> None:
+        transfer.prepare(*self._sizes.plan())
         code = self._lib.libusb_submit_transfer(transfer.pointer)
         if code == _GONE:
             raise gone(self._name, "streaming")
@@ -138,8 +154,10 @@ class LibusbStream:
         if status in {_CANCELLED, _NO_DEVICE}:
             raise gone(self._name, "streaming")
         if status == _COMPLETED:
-            self._take(transfer.view, transfer.lengths(), self._stride)
-        self._submit(transfer)
+            ended = self._take(transfer.view, transfer.lengths(), self._stride)
+            if ended is not None:
+                self._sizes.ended(transfer.first_microframe + ended)
+        self._idle.append(transfer)
 
 
 class _Transfer:
@@ -149,6 +167,9 @@ class _Transfer:
         self.pointer = lib.libusb_alloc_transfer(PACKETS)
         self.address = ctypes.addressof(self.pointer.contents)
         self.flying = False
+        self.first_microframe = 0
+        self._stride = packet_bytes
+        self._packets = 0
         self._buffer = np.zeros(PACKETS * packet_bytes, np.uint8)
         self.view = self._buffer.data
         contents = self.pointer.contents
@@ -157,16 +178,21 @@ class _Transfer:
         contents.type = _ISOCHRONOUS
         contents.timeout = 0
         contents.buffer = self._buffer.ctypes.data
-        contents.length = self._buffer.nbytes
-        contents.num_iso_packets = PACKETS
         contents.callback = callback
         words = (ctypes.c_int * (_DESCRIPTOR_WORDS * PACKETS)).from_address(ctypes.addressof(contents.iso_packet_desc))
         self._descriptors = np.ctypeslib.as_array(words).reshape(PACKETS, _DESCRIPTOR_WORDS)
         self._descriptors[:, 0] = packet_bytes
 
+    def prepare(self, first_microframe: int, packets: int) -> None:
+        """Have it take as many packets from its next submission on."""
+        self.first_microframe = first_microframe
+        self._packets = packets
+        self.pointer.contents.num_iso_packets = packets
+        self.pointer.contents.length = packets * self._stride
+
     def lengths(self) -> list[int]:
         """Return how many bytes of each packet came, 0 for those that the host found faulty."""
-        came, status = self._descriptors[:, 1], self._descriptors[:, 2]
+        came, status = self._descriptors[: self._packets, 1], self._descriptors[: self._packets, 2]
         lengths: list[int] = (came * (status == _COMPLETED)).tolist()
         return lengths
 
