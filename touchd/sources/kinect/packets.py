@@ -7,7 +7,7 @@ changed but not their number; a header changed into just the one that was due; e
 behind a start, for which numbers and places are the same again.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from struct import Struct
 
@@ -24,6 +24,8 @@ _MAGIC = b"RB"
 _FLAG_AT = 3
 _FLAGS = (START, *[MIDDLE] * (PACKETS_PER_FRAME - 2), END)
 _SIZES = tuple(HEADER_BYTES + payload_bytes(slot) for slot in range(PACKETS_PER_FRAME))
+_LAST = PACKETS_PER_FRAME - 1
+_MIDDLE_BYTES = HEADER_BYTES + payload_bytes(1)
 _LARGEST_GAP = 5
 _REPEATED = 255  # one behind the sequence number that is due
 _UNSYNCHRONISED = -1  # no sequence number
@@ -103,7 +105,7 @@ class PacketAssembler:
         self._ticks: int | None = None  # the device's time in its last packet that came, but for its start
         self._leaps = False
 
-    def feed_transfer(self, transfer: memoryview, lengths: Iterable[int], stride: int) -> list[DepthPacketFrame]:
+    def feed_transfer(self, transfer: memoryview, lengths: Sequence[int], stride: int) -> list[DepthPacketFrame]:
         """Take a transfer's packets; return the frames that they complete, oldest first.
 
         ``transfer``: its bytes, with a packet at every multiple of ``stride``. ``lengths``: how many bytes of each
@@ -111,15 +113,39 @@ class PacketAssembler:
         """
         octets = transfer.cast("B")
         frames = []
-        start = 0
-        for length in lengths:
-            if length:
-                frame = self.feed(octets[start : start + length])
-                if frame is not None:
-                    frames.append(frame)
-            start += stride
+        place = 0
+        while (place := self._take_middles(octets, lengths, place, stride)) < len(lengths):
+            start = place * stride
+            frame = self.feed(octets[start : start + lengths[place]])
+            if frame is not None:
+                frames.append(frame)
+            place += 1
         self._picture.unpack_ahead(self._slot)
         return frames
+
+    def _take_middles(self, octets: memoryview, lengths: Sequence[int], place: int, stride: int) -> int:
+        """Store packets of the middle of a frame as long as each is the one due; return the place of the first other.
+
+        Nearly all packets are such, and a call for each of them would cost 1 % of a core.
+        """
+        slot, sequence, last_ticks = self._slot, self._sequence, self._ticks
+        if last_ticks is None:
+            return place
+        while place < len(lengths) and slot < _LAST:
+            length = lengths[place]
+            if length:
+                start = place * stride
+                magic, flag, number, ticks = _HEADER.unpack_from(octets, start)
+                step_ticks = ticks - last_ticks
+                if number != sequence or flag != MIDDLE or length != _MIDDLE_BYTES or magic != _MAGIC:
+                    break
+                if not 0 <= step_ticks <= _LARGEST_STEP_TICKS:
+                    break
+                self._picture.put(slot, octets[start + HEADER_BYTES : start + _MIDDLE_BYTES])
+                slot, sequence, last_ticks = slot + 1, (sequence + 1) & 0xFF, ticks
+            place += 1
+        self._slot, self._sequence, self._ticks = slot, sequence, last_ticks
+        return place
 
     def feed(self, packet: memoryview | bytes) -> DepthPacketFrame | None:
         """Take a packet; return the frame that it completes, or whose end it shows to be missing."""

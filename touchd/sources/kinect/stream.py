@@ -26,7 +26,7 @@ _ISOCHRONOUS = 1  # libusb_transfer_type
 _PATIENCE_S = 2.0  # for the cancelled transfers to come back
 _DESCRIPTOR_WORDS = 3  # length, actual length, status
 
-# Gets a transfer's bytes, the packets' lengths and distance in bytes; returns the place of one that ended a frame, if any.
+# Gets a transfer's bytes, its packets' lengths and distance in bytes; returns the place of one that ended a frame.
 TakeTransfer = Callable[[memoryview, Sequence[int], int], int | None]
 
 
