@@ -8,7 +8,7 @@ TESTS  := $(VENV)/.tests
 NODE   := tests/clients/node/node_modules
 PIP    := $(BIN)/pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test check pytest test-vm bench soak config install uninstall clean
+.PHONY: demo test check pytest test-vm bench soak accuracy accuracy-docs golden golden-update config install uninstall clean
 
 # More options: make demo DEMO="--scenario pinch --to 192.168.0.7:3333"
 demo: $(STAMP)
@@ -32,6 +32,22 @@ test-vm: $(TESTS)
 
 bench: $(STAMP)
 	$(BIN)/touchd bench
+
+# The touch methods on simulated scenes; for a quick look: make accuracy ACCURACY="--scenes taps --seeds 1"
+accuracy: $(STAMP)
+	$(BIN)/touchd bench accuracy $(ACCURACY)
+
+# All scenes and seeds, which takes hours, and then the tables and pictures of docs/accuracy.md from them. A run that was
+# broken off goes on; empty .cache/accuracy after a change of the code.
+accuracy-docs: $(STAMP)
+	$(BIN)/touchd bench accuracy --jobs 2 --keep .cache/accuracy --json > .cache/accuracy.json
+	$(BIN)/python -m touchd.lab.report docs .cache/accuracy.json
+
+# make golden RECORDING=FOLDER turns a recording into a test; FOLDER/golden.yaml names camera, place, what must happen.
+golden: $(TESTS)
+	PYTHONPATH=tests $(BIN)/python -m golden.make $(RECORDING)
+golden-update: $(TESTS)
+	PYTHONPATH=tests $(BIN)/python -m golden.make --update
 
 # 24 h of frames through the daemon in half an hour. A shorter day: make soak SOAK="--minutes 60 --sample-minutes 10"
 soak: $(TESTS)

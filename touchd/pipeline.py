@@ -9,9 +9,9 @@ from enum import StrEnum
 import cv2
 import numpy as np
 
-from touchd.contacts.locate import Locator
+from touchd.contacts.method import ContactMethod, Place
+from touchd.contacts.methods import method_maker
 from touchd.contacts.settings import BlobSettings
-from touchd.contacts.shell import ShellFinder
 from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
 from touchd.model import AreaCorners, Frame, Mask, Sensor, Shell, State, Surface, TouchFrame
 from touchd.surface.calibrate import Calibration
@@ -41,6 +41,7 @@ class PipelineSettings:
     """The settings of all stages."""
 
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    method: str = "fingertip"
     shell: ShellSettings = field(default_factory=ShellSettings)
     blobs: BlobSettings = field(default_factory=BlobSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
@@ -57,8 +58,8 @@ class Ready:
     surface_map: SurfaceMap
     shell: Shell
     area: AreaMap
-    finder: ShellFinder
-    locator: Locator
+    place: Place
+    method: ContactMethod
     report: SurfaceReport
     notes: tuple[str, ...]
 
@@ -131,9 +132,8 @@ class Pipeline:
             return self._calibrate_on(self._calibration, frame)
         if self._ready is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
-        blobs = self._ready.finder.find(frame.raw)
-        contacts = self._ready.locator.contacts(blobs)
-        cursors = self._tracker.step(contacts, frame.t_ns)
+        seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
+        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
         return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, why=self._why)
 
     def stall(self, t_ns: int) -> TouchFrame:
@@ -196,15 +196,15 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
     if corners.size_mm is not None:
         notes += _size_notes(corners.size_mm, measured)
     inside = _inside(corners, surface.valid.shape)
-    with_margin = _grown(inside, area, surface_map)
+    place = Place(surface, surface_map, shell, area, _grown(inside, area, surface_map), settings.blobs)
     return Ready(
         settings=settings,
         surface=surface,
         surface_map=surface_map,
         shell=shell,
         area=area,
-        finder=ShellFinder(surface, shell, settings.blobs, with_margin),
-        locator=Locator(surface.sensor, surface_map, area, settings.blobs),
+        place=place,
+        method=method_maker(settings.method)(place),
         report=report(surface, surface_map, shell, inside),
         notes=notes,
     )

@@ -112,7 +112,7 @@ def test_the_full_send_buffer_takes_nothing() -> None:
 
 def test_the_table_has_a_line_for_every_neighbour(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench, "_HOT_FRAMES", 12)
-    scene = make_scene(1)
+    scene = make_scene(1, "shell")
     head, *rows = bench.bench_destinations(scene.pipeline, endless(scene.frames), iter, paced_frames=12)
     assert head.startswith("frame to datagram in ms, beside")
     assert [row[:33].strip() for row in rows] == ["nobody", "another good one", *bench.NEIGHBOURS, "all the bad ones"]

@@ -19,7 +19,7 @@ CONTRACT = """\
 source: {kind: kinect}
 camera: {}
 calibration: {frames: 300, on_start: if-missing}
-touch: {method: shell, near_mm: auto, far_mm: auto}
+touch: {method: fingertip, near_mm: auto, far_mm: auto}
 tracking: {stall_ms: 150}
 outputs: [{tuio: {to: ["127.0.0.1:3333"], transport: udp, profile: 2Dcur, source: auto}}]
 """

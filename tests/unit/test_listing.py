@@ -55,7 +55,7 @@ def test_the_config_chooses_by_serial_or_by_place(tmp_path: Path) -> None:
 def test_the_stored_surface_chooses_where_the_config_does_not(tmp_path: Path) -> None:
     fake = FakeComputer(tmp_path, TWO_1473)
     fake.state_folder.mkdir(parents=True)
-    header = {"kind": "touchd surface", "version": 1, "camera": {"serial": "B0077"}}
+    header = {"kind": "touchd surface", "version": 1, "camera": {"serial": "B0077"}, "made_from": "Kinect B0077"}
     (fake.state_folder / "surface.touchd").write_text(json.dumps(header) + "\n")
     assert [camera.chosen for camera in list_cameras(fake.computer(), None, None).cameras] == [False, True]
 

@@ -7,6 +7,7 @@ from touchd.model import AreaCorners, Frame, State
 from touchd.pipeline import MissingArea, Pipeline, PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.crowd import contact_scene
+from touchd.table.hands import HandPose, pointing_hand
 from touchd.table.scene import Area, TableCamera, area_corners_px
 from touchd.table.table import Table
 
@@ -174,23 +175,41 @@ def test_an_area_size_over_three_percent_off_is_a_note_that_says_both(empty: lis
     assert note.startswith("area.size_mm says 640 x 400 mm but the camera measures 599 x 400 mm, 6% off")
 
 
-def test_a_touch_on_a_book_that_lay_there_during_calibration_is_found_and_the_book_itself_is_none() -> None:
-    table = Table(CAMERA, seed=3)
+BOOK = (slice(150, 330), slice(200, 440))
+BOOK_MM = 30.0
+
+
+def with_book(table: Table, frame: Frame) -> Frame:
+    """Return a frame as if a book had lain there: what is lower than it is hidden by it."""
     step_mm = float(table.sensor.step_mm[655])
-    book_raw, finger_raw = round(30 / step_mm), round(9 / step_mm)
+    book = table.render([], frame.t_ns, frame.index).raw[BOOK] - np.uint16(round(BOOK_MM / step_mm))
+    raw = frame.raw.copy()
+    raw[BOOK] = np.minimum(raw[BOOK], book)
+    return replace(frame, raw=raw)
 
-    def picture(index: int, *, touched: bool) -> Frame:
-        raw = table.render([], index * FRAME_NS, index).raw.copy()
-        raw[180:320, 220:420] -= np.uint16(book_raw)
-        if touched:
-            raw[235:247, 300:312] -= np.uint16(finger_raw)
-        return Frame(index, index * FRAME_NS, raw)
 
-    pipeline = Pipeline(table.sensor, SETTINGS, "a test")
+def calibrated_on_a_book(table: Table, settings: PipelineSettings) -> Pipeline:
+    pipeline = Pipeline(table.sensor, settings, "a test")
     pipeline.calibrate()
-    for index in range(20):
-        pipeline.step(picture(index, touched=False))
-    for index in range(20, 25):
-        assert pipeline.step(picture(index, touched=False)).cursors == ()
-    (cursor,) = pipeline.step(picture(25, touched=True)).cursors
+    for index in range(25):
+        frame = pipeline.step(with_book(table, table.render([], index * FRAME_NS, index)))
+        assert frame.cursors == ()
+    return pipeline
+
+
+def test_a_finger_on_a_book_that_lay_there_during_calibration_is_a_touch() -> None:
+    table = Table(CAMERA, seed=3)
+    pipeline = calibrated_on_a_book(table, SETTINGS)
+    hand = pointing_hand(HandPose((0.0, 0.0), clearance_mm=BOOK_MM))
+    (cursor,) = pipeline.step(with_book(table, table.render([hand], 25 * FRAME_NS, 25))).cursors
+    assert cursor.height_mm < 6.0
+
+
+def test_the_paper_s_method_sees_what_lies_in_the_shell_over_a_book() -> None:
+    table = Table(CAMERA, seed=3)
+    pipeline = calibrated_on_a_book(table, replace(SETTINGS, method="shell"))
+    frame = with_book(table, table.render([], 25 * FRAME_NS, 25))
+    raw = frame.raw.copy()
+    raw[235:247, 300:312] -= np.uint16(round(9.0 / float(table.sensor.step_mm[655])))
+    (cursor,) = pipeline.step(replace(frame, raw=raw)).cursors
     assert cursor.height_mm == pytest.approx(9.0, abs=2.0)

@@ -37,8 +37,8 @@ def still() -> Frames:
 
 def kinect(model: KinectModel | None = None) -> KinectV1:
     sensor = kinect_v1_sensor()
-    table_mm = DepthRenderer(STILL_CAMERA, sensor.size).table_mm
-    return KinectV1(sensor, table_mm, model or KinectModel(), np.random.default_rng(3))
+    empty = DepthRenderer(STILL_CAMERA, sensor.size).empty
+    return KinectV1(sensor, empty, model or KinectModel(), np.random.default_rng(3))
 
 
 def correlation(pictures: Doubles, distance: int) -> float:

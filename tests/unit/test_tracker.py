@@ -109,6 +109,27 @@ def test_a_live_touch_may_stray_five_millimetres_outside_clamped_and_then_ends(t
     assert table.see(contact(-6, 200)) == []
 
 
+def test_a_touch_whose_finger_is_seen_above_the_surface_ends_at_once(table: Table) -> None:
+    table.see(contact(300, 200))
+    table.t_ns += FRAME_NS
+    assert table.tracker.step([], table.t_ns, lifted_mm=[(306.0, 204.0)]) == ()
+
+
+def test_a_finger_above_the_surface_somewhere_else_ends_no_touch(table: Table) -> None:
+    table.see(contact(300, 200))
+    table.t_ns += FRAME_NS
+    (cursor,) = table.tracker.step([], table.t_ns, lifted_mm=[(340.0, 200.0)])
+    assert cursor.session_id == 1
+
+
+def test_touches_are_expected_where_they_move_to(table: Table) -> None:
+    for step in range(6):
+        table.see(contact(100 + 10 * step, 200))
+    ((x_mm, y_mm),) = table.tracker.expected_mm(table.t_ns + FRAME_NS)
+    assert 155.0 < x_mm < 165.0
+    assert y_mm == pytest.approx(200.0)
+
+
 def test_ending_all_touches_gives_the_same_finger_a_new_id(table: Table) -> None:
     table.see(contact(300, 200))
     table.tracker.end_all()

@@ -6,6 +6,7 @@ from pydantic import AfterValidator, Field, model_validator
 
 from touchd.config.checks import check_odd, fault
 from touchd.config.section import Emptiable, Section, field
+from touchd.contacts.names import method_names
 from touchd.contacts.settings import BlobSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.tracking.settings import TrackingSettings
@@ -14,6 +15,14 @@ _CALIBRATION = CalibrationSettings()
 _BLOBS = BlobSettings()
 _TRACKING = TrackingSettings()
 _Auto = Literal["auto"]
+
+
+def _known_method(name: str) -> str:
+    """Return ``name`` if a contact method is called so."""
+    names = method_names()
+    if name not in names:
+        raise fault(f"there is no method {name!r}; choose one of {', '.join(names)}")
+    return name
 
 
 class Calibration(Section):
@@ -69,22 +78,24 @@ class Shell(Section):
 class Touch(Section):
     """What counts as a touch."""
 
-    method: Literal["shell"] = field("shell", "How touches are found")
+    method: Annotated[str, AfterValidator(_known_method)] = field(
+        "fingertip", "How touches are found: fingertip, shell (the paper's), or one that an installed package brings"
+    )
     near_mm: _Auto | Annotated[float, Field(ge=0, le=100)] = field(
         "auto",
-        "Lower boundary of the layer that touches, above the surface; auto: from the sensor's noise",
+        "Method shell: lower boundary of the layer that touches, above the surface; auto: from the sensor's noise",
         unit="millimetres",
     )
     far_mm: _Auto | Annotated[float, Field(ge=1, le=200)] = field(
         "auto",
-        "Upper boundary of the layer, above the surface; auto: from the sensor's step",
+        "Method shell: upper boundary of the layer, above the surface; auto: from the sensor's step",
         unit="millimetres",
     )
     min_area_mm2: Annotated[float, Field(ge=0, le=100_000)] = field(
-        _BLOBS.min_area_mm2, "Smaller contacts are no fingers", unit="square millimetres"
+        _BLOBS.min_area_mm2, "Method shell: smaller contacts are no fingers", unit="square millimetres"
     )
     max_area_mm2: Annotated[float, Field(ge=1, le=1_000_000)] = field(
-        _BLOBS.max_area_mm2, "Larger contacts are no fingers", unit="square millimetres"
+        _BLOBS.max_area_mm2, "Method shell: larger contacts are no fingers", unit="square millimetres"
     )
     shell: Annotated[Shell, Emptiable] = field(Shell(), "The paper's method in detail")
 

@@ -5,7 +5,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from itertools import cycle, islice
+from itertools import cycle, islice, product
 
 import cv2
 import numpy as np
@@ -24,8 +24,10 @@ from touchd.tracking.settings import TrackingSettings
 from touchd.tracking.tracker import Tracker
 
 CONTACTS = (0, 1, 10, 30)
-# From docs/design.md, in ms: the median of step() in a hot loop and paced, with ten contacts.
-STEP_HOT_MS, STEP_PACED_MS = 0.8, 1.2
+METHODS = ("shell", "fingertip")
+# From docs/design.md, in ms by method and contacts: the median of step() in a hot loop, and paced.
+STEP_HOT_MS = {("shell", 10): 0.8}
+STEP_PACED_MS = {("shell", 10): 1.2, ("fingertip", 1): 1.5, ("fingertip", 10): 3.0}
 # A frame to the datagram, paced, with one contact: median and 99th percentile.
 DATAGRAM_MS, DATAGRAM_P99_MS = 3.0, 5.0
 CALIBRATING_MS = 15.0
@@ -67,18 +69,20 @@ class Scene:
     """A calibrated pipeline and pictures with a number of touching fingers for it."""
 
     contacts: int
+    method: str
     settings: PipelineSettings
     pipeline: Pipeline
     frames: list[Frame]
     calibrating: Times
 
 
-def make_scene(contacts: int) -> Scene:
+def make_scene(contacts: int, method: str) -> Scene:
     """Render the pictures and calibrate on an empty table."""
     table = Table(_CAMERA, seed=contacts)
     corners = [(float(u), float(v)) for u, v in area_corners_px(_CAMERA, _AREA)]
     settings = PipelineSettings(
         calibration=CalibrationSettings(frames=_CALIBRATION_FRAMES),
+        method=method,
         area=AreaCorners((corners[0], corners[1], corners[2], corners[3]), _AREA.size_mm),
     )
     pipeline = Pipeline(table.sensor, settings, "bench")
@@ -92,7 +96,7 @@ def make_scene(contacts: int) -> Scene:
     hands = contact_scene(contacts, _AREA)
     first = _CALIBRATION_FRAMES
     frames = [table.render(hands, index * _PERIOD_NS, index) for index in range(first, first + _PICTURES)]
-    return Scene(contacts, settings, pipeline, frames, calibrating)
+    return Scene(contacts, method, settings, pipeline, frames, calibrating)
 
 
 def endless(frames: Sequence[Frame]) -> Iterator[Frame]:
@@ -165,11 +169,11 @@ def bench(seconds: float) -> Iterator[str]:
     yield "contacts  found  in ms                 hot: median     p99   paced: median     p99"
     metronome = Metronome()
     verdicts: list[str] = []
-    for contacts in CONTACTS:
-        scene = make_scene(contacts)
+    for method, contacts in product(METHODS, CONTACTS):
+        scene = make_scene(contacts, method)
         with loopback_output() as output:
             yield from _bench_scene(scene, output, seconds, metronome, verdicts)
-    scene = make_scene(1)
+    scene = make_scene(1, PipelineSettings().method)
     frames_a_run = max(2, round(seconds * 1e9 / _PERIOD_NS) // 2)
     yield from bench_destinations(scene.pipeline, endless(scene.frames), metronome.paced, frames_a_run)
     late = metronome.times
@@ -183,6 +187,7 @@ def _bench_scene(
     scene: Scene, output: TuioUdpOutput, seconds: float, metronome: Metronome, verdicts: list[str]
 ) -> Iterator[str]:
     paced_frames = max(2, round(seconds * 1e9 / _PERIOD_NS))
+    yield f"{scene.method}:"
     frames = endless(scene.frames)
     hot = time_frames(scene, islice(frames, _HOT_FRAMES), output)
     hot_stages = time_stages(scene, islice(frames, _HOT_FRAMES))
@@ -203,17 +208,20 @@ def _bench_scene(
 
 def _verdicts(scene: Scene, hot: Times, paced: Times) -> list[str]:
     lines = []
+    key = scene.method, scene.contacts
+    what = f"step(), {scene.method}, {{}}, {scene.contacts} contacts, median"
     if scene.contacts == 0:
         lines.append(
             verdict("a calibrating frame", scene.calibrating.percentiles_ms("calibrating frame")[0], CALIBRATING_MS)
         )
     if scene.contacts == 1:
         median, p99 = paced.percentiles_ms("frame to datagram")
-        lines.append(verdict("frame to datagram, paced, 1 contact, median", median, DATAGRAM_MS))
-        lines.append(verdict("frame to datagram, paced, 1 contact, p99", p99, DATAGRAM_P99_MS))
-    if scene.contacts == 10:
-        lines.append(verdict("step(), hot, 10 contacts, median", hot.percentiles_ms("step")[0], STEP_HOT_MS))
-        lines.append(verdict("step(), paced, 10 contacts, median", paced.percentiles_ms("step")[0], STEP_PACED_MS))
+        lines.append(verdict(f"frame to datagram, {scene.method}, paced, 1 contact, median", median, DATAGRAM_MS))
+        lines.append(verdict(f"frame to datagram, {scene.method}, paced, 1 contact, p99", p99, DATAGRAM_P99_MS))
+    if key in STEP_HOT_MS:
+        lines.append(verdict(what.format("hot"), hot.percentiles_ms("step")[0], STEP_HOT_MS[key]))
+    if key in STEP_PACED_MS:
+        lines.append(verdict(what.format("paced"), paced.percentiles_ms("step")[0], STEP_PACED_MS[key]))
     return lines
 
 

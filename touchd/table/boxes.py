@@ -1,6 +1,6 @@
 """Rectangles of pixels, so that work is done only where something is."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 
@@ -46,6 +46,29 @@ class Box:
         return (
             self.left < other.right and other.left < self.right and self.top < other.bottom and other.top < self.bottom
         )
+
+    def shrunk_to(self, inner: "Box") -> tuple[slice, slice]:
+        """Return a box within this one as an index of this one's own picture."""
+        top, left = inner.top - self.top, inner.left - self.left
+        return slice(top, top + inner.bottom - inner.top), slice(left, left + inner.right - inner.left)
+
+    @property
+    def area(self) -> int:
+        """How many pixels it has."""
+        return (self.right - self.left) * (self.bottom - self.top)
+
+
+def banded(boxes: Sequence[Box], rows: int) -> list[Box]:
+    """Return boxes that cover the given ones, do not meet, and lie each in one band of so many rows.
+
+    They follow what lies slantwise more closely than one box around it.
+    """
+    bands: dict[int, list[Box]] = {}
+    for box in boxes:
+        for band in range(box.top // rows, (box.bottom - 1) // rows + 1):
+            part = Box(box.left, max(box.top, band * rows), box.right, min(box.bottom, (band + 1) * rows))
+            bands.setdefault(band, []).append(part)
+    return [box for band in sorted(bands) for box in apart(bands[band])]
 
 
 def apart(boxes: Iterable[Box]) -> list[Box]:

@@ -102,7 +102,27 @@ class Sphere:
     radius_mm: float
 
 
-Solid: TypeAlias = Capsule | Sphere
+@dataclass(frozen=True, slots=True)
+class Block:
+    """A cuboid with its top level: the middle of its base, its size along its own two sides and up, and its turn."""
+
+    base_mm: Point
+    size_mm: Point
+    turn_deg: float = 0.0  # clockwise in the picture
+
+    def axes(self) -> Doubles:
+        """Return its own axes as the rows of a (3, 3) matrix in table coordinates."""
+        turn = radians(self.turn_deg)
+        return np.array([[cos(turn), sin(turn), 0.0], [-sin(turn), cos(turn), 0.0], [0.0, 0.0, 1.0]])
+
+    def corners_mm(self) -> Doubles:
+        """Return its corners (8, 3) in table coordinates."""
+        signs = np.array([[i, j, k] for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (0.0, 1.0)])
+        corners: Doubles = signs * np.array(self.size_mm) @ self.axes() + np.array(self.base_mm)
+        return corners
+
+
+Solid: TypeAlias = Capsule | Sphere | Block
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +135,11 @@ class Fingertip:
 
 @dataclass(frozen=True, slots=True)
 class Hand:
-    """A posed hand with its arm: its solids, and those of its fingertips that mean to touch."""
+    """A posed hand with its arm, or any other thing: its solids, and those of its fingertips that mean to touch.
+
+    ``dark`` solids swallow the sensor's light (black cloth, hair), so that nothing can be read of them.
+    """
 
     solids: tuple[Solid, ...]
     fingertips: tuple[Fingertip, ...]
+    dark: tuple[Solid, ...] = ()

@@ -6,24 +6,19 @@ surfaces as their distance changes.
 """
 
 from dataclasses import dataclass
-from math import log1p, sqrt
 
 import cv2
 import numpy as np
 
-from touchd.model import Floats, Image16, Mask, Sensor, frozen_array
-from touchd.table.boxes import Box, apart
-from touchd.table.correlator import Correlator, Window, shadow
+from touchd.model import Floats, Image16, Sensor
+from touchd.table.backdrop import Backdrop
+from touchd.table.boxes import Box
+from touchd.table.correlator import Window
+from touchd.table.matcher import RAW_PER_PX, BlockMatcher, ShiftLaw, dot_weights
 from touchd.table.noise import Correlation, NoiseBank, correlated_noise
 from touchd.table.render import DepthPicture
 
-RAW_PER_PX = 8.0  # a raw step is an eighth of a pixel of disparity
 _BLIND_COLUMNS = 8  # at the right end of each row, where the window runs out of stored picture
-_OUTLINE_STEP_RAW = 12.0  # outlines lower than this lose no readings
-_SHADOW_MM = 250.0  # what is nearer to the camera than this throws no longer shadow; arms do not come here
-_NEIGHBOURS = np.ones((3, 3), np.uint8)
-# Chance of no reading 1, 2, ... px inside an outline's near side.
-_LOST_INSIDE = (0.23, 0.065, 0.034, 0.02, 0.012)
 _WINDOW = Window()
 # .42 .29 .22 .17 .08 at 1 2 3 4 6 px, once the pixels' different spreads have diluted it.
 _NOISE_CORRELATION = Correlation(0.059, 0.645, 0.863, 5.51)
@@ -51,37 +46,36 @@ class KinectModel:
 class KinectV1:
     """Reads depth pictures of one table as one particular unit would."""
 
-    def __init__(self, sensor: Sensor, table_mm: Floats, model: KinectModel, rng: np.random.Generator) -> None:
+    def __init__(self, sensor: Sensor, empty: Backdrop, model: KinectModel, rng: np.random.Generator) -> None:
         self._sensor = sensor
         self._model = model
-        self._correlator = Correlator(model.window)
-        self._at_infinity, self._per_inverse_mm = _shift_law(sensor)
+        law = _shift_law(sensor)
         width, height = sensor.size
         shape = (height, width)
         self._u = np.broadcast_to(np.arange(width, dtype=np.float32), shape)
         self._v = np.ascontiguousarray(np.broadcast_to(np.arange(height, dtype=np.float32)[:, None], shape))
         pattern = correlated_noise(model.pattern_correlation, shape, rng)()
         self._pattern = pattern * np.float32(model.pattern_raw)
-        self._dots = _dot_weights(model.dot_contrast, shape, rng)
+        self._matcher = BlockMatcher(law, empty, model.window, dot_weights(model.dot_contrast, shape, rng))
         spread = model.noise_spread * rng.standard_normal(shape, np.float32)
         self._noise = np.float32(model.noise_raw) * np.exp(spread)
         self._bank = NoiseBank(model.noise_correlation, sensor.size, model.bank_pictures, rng)
-        limits = self.raw_of_depth(np.array([model.nearest_mm, model.farthest_mm], np.float32))
+        limits = law.raw(np.array([model.nearest_mm, model.farthest_mm], np.float32))
         self._nearest_raw, self._farthest_raw = limits.tolist()
-        self._table_raw = frozen_array(self.raw_of_depth(table_mm))
-        self._still = self._table_raw + self._pattern_at(self._table_raw, Box(0, 0, width, height))
-
-    def raw_of_depth(self, depth_mm: Floats) -> Floats:
-        """Return the fractional raw value of depths in mm: raw = a - b/Z, the sensor's own law."""
-        raw: Floats = np.float32(self._at_infinity) - np.float32(self._per_inverse_mm) / depth_mm
-        return raw
+        self._luck = self._bank.draw(rng)
+        self._empty = self._matcher.empty()
+        self._still = self._empty.raw + self._pattern_at(self._empty.raw, self._empty.box)
+        self.raw_of_depth = law.raw
 
     def read(self, picture: DepthPicture, rng: np.random.Generator) -> Image16:
         """Return the raw picture (H, W) that the sensor delivers of true depth, with new noise."""
         exact = self._still.copy()
-        lost = np.zeros(exact.shape, np.bool_)
-        for box in self._busy(picture):
-            self._read_box(picture, box, exact, lost, rng)
+        luck = self._bank.draw(rng)
+        lost = self._empty.lost_now(self._luck, luck)
+        for found in self._matcher.changes(picture):
+            window = found.box.window
+            exact[window] = found.raw + self._pattern_at(found.raw, found.box)
+            lost[window] = found.lost_now(self._luck, luck)
         exact += self._noise * self._bank.draw(rng)
         lost |= exact < self._nearest_raw
         lost |= exact > self._farthest_raw
@@ -94,34 +88,6 @@ class KinectV1:
         raw.ravel()[anywhere] = self._sensor.invalid
         return raw
 
-    def _busy(self, picture: DepthPicture) -> list[Box]:
-        """Return boxes that do not meet, around all hands, their shadows and their grown outlines."""
-        if not picture.seen:
-            return []
-        around = self._model.window.size_px // 2 + 1
-        boxes = [seen.box for seen in picture.seen]
-        edges = np.array([(box.left, box.top, box.right - 1, box.bottom - 1) for box in boxes])
-        table = self._table_raw[edges[:, [1, 1, 3, 3]], edges[:, [0, 2, 0, 2]]].max(1)
-        nearest_mm = np.array([max(seen.nearest_mm, _SHADOW_MM) for seen in picture.seen], np.float32)
-        reaches = ((table - self.raw_of_depth(nearest_mm)) / RAW_PER_PX).astype(int) + 1
-        grown = (
-            box.grown(reach, around, self._sensor.size) for box, reach in zip(boxes, reaches.tolist(), strict=True)
-        )
-        return apart(grown)
-
-    def _read_box(self, picture: DepthPicture, box: Box, exact: Floats, lost: Mask, rng: np.random.Generator) -> None:
-        window = box.window
-        true_raw = self.raw_of_depth(picture.depth_mm[window])
-        table_raw = self._table_raw[window]
-        rise_raw = table_raw - true_raw
-        columns = true_raw * np.float32(1.0 / RAW_PER_PX)
-        columns += self._u[window]
-        lit = ~shadow(columns, int(rise_raw.max() / RAW_PER_PX) + 1)
-        matched = self._correlator.match(rise_raw, self._dots[window] * lit)
-        seen_raw = table_raw - matched.rise_raw
-        exact[window] = seen_raw + self._pattern_at(seen_raw, box)
-        lost[window] = matched.lost | _lost_at_outlines(matched.rise_raw, rng)
-
     def _pattern_at(self, raw: Floats, box: Box) -> Floats:
         """Return the fixed pattern on a surface: that of the dots that light it."""
         window = box.window
@@ -133,33 +99,10 @@ class KinectV1:
         return out
 
 
-def _shift_law(sensor: Sensor) -> tuple[float, float]:
-    """Return a and b of raw = a - b/Z, from two far apart entries of the sensor's table."""
+def _shift_law(sensor: Sensor) -> ShiftLaw:
+    """Return the law behind the sensor's table, from two far apart entries."""
     known = np.flatnonzero(np.isfinite(sensor.to_mm))
     low, high = int(known[0]), int(known[len(known) // 2])
     inverse_low, inverse_high = 1.0 / float(sensor.to_mm[low]), 1.0 / float(sensor.to_mm[high])
     per_inverse_mm = (high - low) / (inverse_low - inverse_high)
-    return low + per_inverse_mm * inverse_low, per_inverse_mm
-
-
-def _dot_weights(contrast: float, shape: tuple[int, int], rng: np.random.Generator) -> Floats:
-    """Return log-normal weights of mean 1 and the given standard deviation."""
-    spread = sqrt(log1p(contrast * contrast))
-    weights: Floats = np.exp(spread * rng.standard_normal(shape, np.float32) - 0.5 * spread * spread)
-    return weights
-
-
-def _lost_at_outlines(rise_raw: Floats, rng: np.random.Generator) -> Mask:
-    """Return which readings of this frame get lost just inside the near side of high outlines."""
-    reach = len(_LOST_INSIDE)
-    outline = (rise_raw - cv2.erode(rise_raw, _NEIGHBOURS) > _OUTLINE_STEP_RAW).astype(np.uint8)
-    close = outline.copy()
-    for _ in range(reach - 1):
-        cv2.dilate(outline, _NEIGHBOURS, dst=outline)
-        close += outline
-    above = cv2.dilate(rise_raw, np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)) - rise_raw
-    near = np.flatnonzero((close > 0) & (above < _OUTLINE_STEP_RAW))
-    chances = np.array((0.0, *reversed(_LOST_INSIDE)), np.float32)[close.ravel()[near]]
-    lost = np.zeros(rise_raw.shape, np.bool_)
-    lost.ravel()[near[rng.random(near.size, np.float32) < chances]] = True
-    return lost
+    return ShiftLaw(low + per_inverse_mm * inverse_low, per_inverse_mm)

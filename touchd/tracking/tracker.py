@@ -14,6 +14,8 @@ _FRAME_S = 1.0 / 30.0
 _WIDEST_GATE = 3.0  # times gate_mm, after frames were missing
 # A touch slower than this stays where it is while its contact is missing: the last pixels of a lifted finger wander.
 _COASTS_ABOVE_MM_S = 200.0
+# Of gate_mm: how near to a touch's expected place a lifted finger must be seen to be its own.
+_LIFTED_SHARE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,19 +47,32 @@ class Tracker:
         self._next_id = first_session_id
         self._now_ns = 0
 
-    def step(self, contacts: Sequence[Contact], t_ns: int) -> tuple[Cursor, ...]:
-        """Take in one frame's contacts (in any order) and return the touches that are alive after it."""
+    def step(
+        self, contacts: Sequence[Contact], t_ns: int, lifted_mm: Sequence[tuple[float, float]] = ()
+    ) -> tuple[Cursor, ...]:
+        """Take in one frame's contacts (in any order) and return the touches that are alive after it.
+
+        ``lifted_mm``: places (x, y) where a finger was seen off the surface; a touch there ends at once.
+        """
         ordered = sorted(contacts, key=_place)
         pairs = self._match(ordered, t_ns)
         followed = {row: self._follow(self._tracks[row], ordered[column], t_ns) for row, column in pairs}
-        coasting = {row: self._coast(track, t_ns) for row, track in enumerate(self._tracks) if row not in followed}
-        kept = [followed.get(row) or coasting[row] for row in range(len(self._tracks))]
+        coasting = {
+            row: self._coast(track, t_ns)
+            for row, track in enumerate(self._tracks)
+            if row not in followed and not self._is_lifted(track, t_ns, lifted_mm)
+        }
+        kept = [followed.get(row) or coasting.get(row) for row in range(len(self._tracks))]
         taken = {column for _, column in pairs}
         fresh = [c for column, c in enumerate(ordered) if column not in taken and self._may_begin(c)]
         self._tracks = [track for track in kept if track is not None and self._in_reach(track)]
         self._tracks += [self._begin(contact, t_ns) for contact in fresh]
         self._now_ns = t_ns
         return tuple(track.cursor for track in self._tracks)
+
+    def expected_mm(self, t_ns: int) -> list[tuple[float, float]]:
+        """Return where in the area the live touches should be by a time, in the order of their session ids."""
+        return [track.expected_mm(t_ns) for track in self._tracks]
 
     @property
     def next_session_id(self) -> int:
@@ -102,6 +117,12 @@ class Tracker:
         else:
             x_mm, y_mm = track.filtered.x_mm, track.filtered.y_mm
         return replace(track, cursor=self._moved(track.cursor, x_mm, y_mm, track.contact, t_ns))
+
+    def _is_lifted(self, track: Track, t_ns: int, lifted_mm: Sequence[tuple[float, float]]) -> bool:
+        """Return whether the finger of a touch without a contact is seen above the surface."""
+        near_mm = _LIFTED_SHARE * self._settings.gate_mm
+        expected_mm = track.expected_mm(t_ns)
+        return any(math.dist(expected_mm, place_mm) < near_mm for place_mm in lifted_mm)
 
     def _moved(self, last: Cursor, x_mm: float, y_mm: float, seen: Contact, t_ns: int) -> Cursor:
         """Return the cursor at a new place, looking like its contact.

@@ -1,0 +1,149 @@
+"""The fingertip method on rendered hands: what it finds, where, and what it leaves alone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from touchd.contacts.fingertip import FingertipMethod
+from touchd.contacts.method import Sighting
+from touchd.errors import ConfigError
+from touchd.model import AreaCorners, Frame
+from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.surface.settings import CalibrationSettings
+from touchd.table.hands import HandPose, open_hand, pointing_hand
+from touchd.table.scene import Area, Hand, TableCamera, area_corners_px
+from touchd.table.table import Table
+
+FRAME_NS = 33_333_333
+EMPTY_FRAMES = 30
+CAMERA = TableCamera(height_mm=750.0, tilt_deg=8.0, roll_deg=4.0)
+AREA = Area(centre_mm=(0.0, 0.0), size_mm=(560.0, 380.0))
+CORNERS = [(float(u), float(v)) for u, v in area_corners_px(CAMERA, AREA)]
+SETTINGS = PipelineSettings(
+    calibration=CalibrationSettings(frames=EMPTY_FRAMES),
+    method="fingertip",
+    area=AreaCorners((CORNERS[0], CORNERS[1], CORNERS[2], CORNERS[3]), AREA.size_mm),
+)
+
+
+@pytest.fixture(scope="module")
+def table() -> Table:
+    return Table(CAMERA, seed=4)
+
+
+@pytest.fixture(scope="module")
+def pipeline(table: Table) -> Pipeline:
+    pipeline = Pipeline(table.sensor, SETTINGS, "a test")
+    pipeline.calibrate()
+    for index in range(EMPTY_FRAMES):
+        pipeline.step(table.render([], index * FRAME_NS, index))
+    return pipeline
+
+
+@pytest.fixture
+def method(pipeline: Pipeline) -> FingertipMethod:
+    ready = pipeline.ready
+    assert ready is not None
+    assert isinstance(ready.method, FingertipMethod)
+    return ready.method
+
+
+def seen_of(method: FingertipMethod, table: Table, hands: list[Hand], index: int = EMPTY_FRAMES) -> Sighting:
+    return method.find(table.render(hands, index * FRAME_NS, index).raw, [])
+
+
+def off_mm(sighting: Sighting, at_mm: tuple[float, float]) -> list[float]:
+    x_mm, y_mm = at_mm[0] + AREA.size_mm[0] / 2, at_mm[1] + AREA.size_mm[1] / 2
+    return sorted(float(np.hypot(c.x_mm - x_mm, c.y_mm - y_mm)) for c in sighting.contacts)
+
+
+def test_an_empty_table_shows_nothing(method: FingertipMethod, table: Table) -> None:
+    assert seen_of(method, table, []) == Sighting([], [])
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 75.0, 160.0, 250.0, 320.0])
+@pytest.mark.parametrize("at", [(-180.0, 100.0), (0.0, 0.0), (170.0, -90.0)])
+def test_a_touching_finger_is_one_firm_contact_under_its_tip(
+    method: FingertipMethod, table: Table, at: tuple[float, float], heading_deg: float
+) -> None:
+    sighting = seen_of(method, table, [pointing_hand(HandPose(at, heading_deg=heading_deg))])
+    assert [contact.firm for contact in sighting.contacts] == [True]
+    assert off_mm(sighting, at)[0] < 4.0
+
+
+@pytest.mark.parametrize("scale", [0.75, 1.0, 1.15])
+def test_hands_of_all_sizes_touch_where_they_do(method: FingertipMethod, table: Table, scale: float) -> None:
+    at = (40.0, -30.0)
+    assert off_mm(seen_of(method, table, [pointing_hand(HandPose(at, scale=scale))]), at)[0] < 4.0
+
+
+@pytest.mark.parametrize("clearance_mm", [14.0, 25.0, 45.0])
+def test_a_hovering_finger_is_no_contact(method: FingertipMethod, table: Table, clearance_mm: float) -> None:
+    hand = pointing_hand(HandPose((0.0, 0.0), clearance_mm=clearance_mm, heading_deg=20.0))
+    assert not any(contact.firm for contact in seen_of(method, table, [hand]).contacts)
+
+
+def test_where_a_finger_surely_hovers_is_said(method: FingertipMethod, table: Table) -> None:
+    hand = pointing_hand(HandPose((0.0, 0.0), clearance_mm=18.0))
+    ((x_mm, y_mm),) = seen_of(method, table, [hand]).lifted_mm
+    assert np.hypot(x_mm - AREA.size_mm[0] / 2, y_mm - AREA.size_mm[1] / 2) < 10.0
+
+
+def test_all_five_fingers_of_a_hand_are_found(method: FingertipMethod, table: Table) -> None:
+    hand = open_hand(HandPose((0.0, 0.0), scale=1.05))
+    sighting = seen_of(method, table, [hand])
+    assert len(sighting.contacts) == 5
+    for tip in hand.fingertips:
+        assert off_mm(sighting, tip.at_mm)[0] < 4.0
+
+
+def test_a_thing_that_nowhere_rises_like_a_hand_is_no_contact(method: FingertipMethod, table: Table) -> None:
+    raw = table.render([], 0, EMPTY_FRAMES).raw.copy()
+    raw[200:300, 280:330] -= 6  # about 9 mm: a phone
+    raw[200:212, 400:460] -= 8  # a pen
+    assert method.find(raw, []).contacts == []
+
+
+def test_the_same_pictures_give_the_same_contacts(pipeline: Pipeline, table: Table) -> None:
+    frames = [table.render([open_hand(HandPose((0.0, 0.0)))], 0, index) for index in range(40, 43)]
+
+    def again() -> list[Sighting]:
+        ready = pipeline.ready
+        assert ready is not None
+        method = FingertipMethod(ready.place)
+        return [method.find(frame.raw, [(200.0, 100.0)]) for frame in frames]
+
+    assert again() == again()
+
+
+def test_pictures_of_noise_alone_do_no_harm(method: FingertipMethod, table: Table) -> None:
+    rng = np.random.default_rng(3)
+    raw = rng.integers(0, 2048, table.render([], 0, 0).raw.shape, np.uint16)
+    assert not any(contact.firm for contact in method.find(raw, [(10.0, 10.0)]).contacts)
+    assert method.find(np.full_like(raw, table.sensor.invalid), [(10.0, 10.0)]).contacts == []
+
+
+def test_a_tap_of_two_frames_is_a_touch_and_ends_when_the_finger_is_up(pipeline: Pipeline, table: Table) -> None:
+    counts = []
+    for index, clearance_mm in enumerate((30.0, 20.0, 0.0, 0.0, 16.0, 25.0), start=60):
+        hand = pointing_hand(HandPose((30.0, 20.0), clearance_mm=clearance_mm))
+        counts.append(len(pipeline.step(table.render([hand], index * FRAME_NS, index)).cursors))
+    assert counts == [0, 0, 1, 1, 0, 0]
+
+
+def test_a_method_that_nobody_brings_is_refused_by_name(pipeline: Pipeline) -> None:
+    ready = pipeline.ready
+    assert ready is not None
+    other = Pipeline(pipeline.sensor, replace(SETTINGS, method="guess"), "a test")
+    with pytest.raises(
+        ConfigError, match=r"touch\.method: there is no method 'guess'; choose one of fingertip, shell, or install"
+    ):
+        other.use(ready.surface)
+
+
+def test_the_first_frame_after_calibrating_may_already_show_a_touch(table: Table) -> None:
+    pipeline = Pipeline(table.sensor, SETTINGS, "a test")
+    pipeline.calibrate()
+    frames: list[Frame] = [table.render([], index * FRAME_NS, index) for index in range(EMPTY_FRAMES)]
+    frames.append(table.render([pointing_hand(HandPose((0.0, 0.0)))], EMPTY_FRAMES * FRAME_NS, EMPTY_FRAMES))
+    assert [len(pipeline.step(frame).cursors) for frame in frames][-2:] == [0, 1]

@@ -1,0 +1,203 @@
+"""Finding fingertips: places along outlines, a model of a fingertip fitted to each, and its clearance to decide."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from touchd.contacts.candidates import Walk, find_ends
+from touchd.contacts.decide import Fit, verdict
+from touchd.contacts.fit import Fitter, Quality, Tips
+from touchd.contacts.heights import Bytes, Heights, Lay, as_floats
+from touchd.contacts.memory import Memory
+from touchd.contacts.method import Expected, Place, Sighting
+from touchd.contacts.neighbours import distinct, owned_samples
+from touchd.contacts.patch import PatchBank, make_bank
+from touchd.contacts.starts import Starts
+from touchd.contacts.things import Things
+from touchd.model import Contact, Floats, Image16, Mask
+
+# Outlines are drawn at two heights, each grown by so many raw steps.
+_LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
+_SAME_TIP_MM = 8.0
+_FREE_ROUNDS, _SETTLING_ROUNDS, _PINNED_ROUNDS = 2, 2, 2
+_SHOWN_RANK = np.float32(100.0)  # a tip that the picture shows goes before one that was only expected
+_SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
+_SCALE_SAMPLES = 5000
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The fingertips near the surface in one picture, touching or not, N of them.
+
+    ``feet_px`` (N, 2): where the surface under the ball's centre is seen. ``back_px`` (N, 2): how far a mm back along
+    the finger leads in the picture. ``shape`` (N, 3): pitch in rad, clearance and radius in mm. ``shown`` (N,) bool:
+    false where a touch was expected, and so looked for, without a sign of its own.
+    """
+
+    feet_px: Floats
+    back_px: Floats
+    shape: Floats
+    quality: Quality
+    shown: Mask
+
+
+class FingertipMethod:
+    """Finds fingertips over one surface and decides which of them touch."""
+
+    def __init__(self, place: Place) -> None:
+        self._place = place
+        self._heights = Heights(place.surface, place.surface_map, place.inside)
+        middle = self._heights.lay(_middle_of(self._heights.usable))
+        pixel_mm, step_mm = float(middle.pixel_mm[0]), float(middle.step_mm[0])
+        levels_mm = tuple(mm + steps * step_mm for mm, steps in zip(_LEVELS_MM, _LEVELS_STEPS, strict=True))
+        self._step_mm = step_mm
+        self._same_tip_px = _SAME_TIP_MM / pixel_mm
+        self._memory = Memory()
+        self._things = Things(self._heights, levels_mm, step_mm)
+        self._fitter = Fitter(_bank_for(self._heights, place))
+        self._walk = _walk_for(pixel_mm, place.surface.sensor.fatten_px)
+        ahead_mm = [self._fitter.reach_mm(pixel_mm, level) for level in levels_mm]
+        self._starts = Starts(
+            self._heights, place, self._memory, np.array(ahead_mm, np.float32) / np.float32(pixel_mm), pixel_mm
+        )
+
+    def find(self, raw: Image16, expected: Sequence[Expected]) -> Sighting:
+        """Return the touching fingertips in one picture (H, W) uint16, and where others hover."""
+        sighting = Sighting([])
+        found = self.look(raw, expected)
+        if found is not None:
+            for i in range(len(found.shape)):
+                self._judge(found, i, sighting)
+        return sighting
+
+    def look(self, raw: Image16, expected: Sequence[Expected]) -> Found | None:
+        """Return all fingertips near the surface, touching or not; None where nothing stands above it."""
+        box = self._things.busy(raw)
+        if box is None:
+            return None
+        heights, readings = self._heights.over(raw, box)
+        heights = as_floats(cv2.medianBlur(heights, 3))
+        smooth = as_floats(cv2.blur(heights, (3, 3)))
+        ends = find_ends(self._things.outlines(heights, smooth, box), smooth, self._walk)
+        tips = self._starts.tips(ends, expected, smooth, box, self._same_tip_px)
+        if not len(tips.angle):
+            return None
+        origin = np.array([box.left, box.top], np.float32)
+        return self._fitted(tips, self._heights.lay(tips.centres_px + origin), heights, readings, origin)
+
+    def _fitted(self, tips: Tips, lay: Lay, heights: Floats, readings: Bytes, origin: Floats) -> Found:
+        """Fit freely, drop what became the same tip, share the samples, and fit again; then with the tip pinned down.
+
+        The clearance decides on touching, so it must be free; the place is surer with the clearance known.
+        """
+        fitter = self._fitter
+        everything = np.ones(fitter.places(lay)[0].shape, np.float32)
+        quality = fitter.fit(tips, lay, heights, readings, everything, _FREE_ROUNDS, pinned=False)
+        kept = self._different(tips, quality)
+        tips, lay = tips.at(kept), lay.at(kept)
+        owned = owned_samples(tips, lay, fitter.places(lay))
+        quality = fitter.fit(tips, lay, heights, readings, owned, _SETTLING_ROUNDS, pinned=False)
+        shape = tips.shape.copy()
+        self._memory.keep(tips.centres_px + origin, shape)
+        tips.shape[:, 1] = 0.0
+        fitter.fit(tips, lay, heights, readings, owned, _PINNED_ROUNDS, pinned=True)
+        kept = self._different(tips, quality)
+        tips, lay = tips.at(kept), lay.at(kept)
+        back = np.stack([np.cos(tips.angle), np.sin(tips.angle)], -1)
+        return Found(
+            feet_px=tips.centres_px + origin - lay.rise_px_per_mm * tips.shape[:, 2:],
+            back_px=np.matmul(lay.px_per_mm, back[..., None])[..., 0],
+            shape=shape[kept],
+            quality=quality.at(kept),
+            shown=tips.shown,
+        )
+
+    def _different(self, tips: Tips, quality: Quality) -> list[int]:
+        """Return which tips to keep of those that became the same one: the best fit that the picture itself showed."""
+        return distinct(tips.centres_px, tips.shown * _SHOWN_RANK - quality.misfit, self._same_tip_px)
+
+    def _judge(self, found: Found, i: int, sighting: Sighting) -> None:
+        """Add one fingertip to what is said of the picture."""
+        pitch, clearance, radius = found.shape[i].tolist()
+        quality = found.quality
+        fit = Fit(pitch, clearance, float(quality.misfit[i]), float(quality.core[i]), float(quality.seen[i]))
+        said = verdict(fit, self._step_mm)
+        if not (said.kept or said.lifted):
+            return
+        (u, v), (back_u, back_v) = found.feet_px[i].tolist(), found.back_px[i].tolist()
+        if not self._is_sure(u, v):
+            return
+        x, y = self.area_of(u, v)
+        width_mm, height_mm = self._place.area.size_mm
+        if said.lifted:
+            sighting.lifted_mm.append((x * width_mm, y * height_mm))
+            return
+        back_x, back_y = self.area_of(u + back_u, v + back_v)
+        contact = Contact(
+            x=x,
+            y=y,
+            x_mm=x * width_mm,
+            y_mm=y * height_mm,
+            height_mm=max(0.0, said.clearance_mm),
+            area_mm2=math.pi * radius * radius,
+            angle=_half_turn(math.atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
+            firm=said.firm and bool(found.shown[i]),
+        )
+        sighting.contacts.append(contact)
+
+    def _is_sure(self, u: float, v: float) -> bool:
+        """Return whether the surface is known well at a pixel."""
+        sure = self._heights.sure
+        column, row = round(u), round(v)
+        return 0 <= row < sure.shape[0] and 0 <= column < sure.shape[1] and bool(sure[row, column])
+
+    def area_of(self, u: float, v: float) -> tuple[float, float]:
+        """Return the area coordinates of what is seen at a pixel, through the lens."""
+        surface = self._place.surface_map
+        rows, columns = surface.depth.shape
+        column, row = min(max(round(u), 0), columns - 1), min(max(round(v), 0), rows - 1)
+        ray_x, ray_y, _ = surface.rays[row, column].tolist()
+        ray_x += (u - column) * surface.pitch[0]
+        ray_y += (v - row) * surface.pitch[1]
+        return self._place.area.of_point(ray_x, ray_y, 1.0)
+
+
+def _middle_of(usable: Mask) -> Floats:
+    """Return the pixel (1, 2) in the middle of what is usable, the picture's own where nothing is."""
+    rows, columns = np.nonzero(usable)
+    if not len(rows):
+        return np.array([[usable.shape[1] / 2, usable.shape[0] / 2]], np.float32)
+    return np.array([[np.median(columns), np.median(rows)]], np.float32)
+
+
+def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:
+    """Return how to look at outlines whose fingers are 13 mm thick and grown by the sensor's window."""
+    width_px = 13.0 / pixel_mm + 1.5 * fatten_px
+    return Walk(
+        reaches=(max(4, int(0.8 * width_px)), max(6, int(1.5 * width_px))),
+        inset=6.0 / pixel_mm + 0.25 * fatten_px,
+        lowest_mm=26.0,
+    )
+
+
+def _bank_for(heights: Heights, place: Place) -> PatchBank:
+    """Return templates for all sizes that a pixel has on the usable surface."""
+    rows, columns = np.nonzero(heights.usable)
+    if not len(rows):
+        rows, columns = (np.array([size // 2]) for size in heights.usable.shape)
+    every = max(1, len(rows) // _SCALE_SAMPLES)
+    lay = heights.lay(np.stack([columns[::every], rows[::every]], 1).astype(np.float32))
+    low, high = np.quantile(lay.pixel_mm, [0.01, 0.99]).tolist()
+    count = max(1, math.ceil(math.log(high / low) / math.log(_SCALE_RATIO)))
+    scales = np.geomspace(low, high, 2 * count + 1)[1::2].astype(np.float32)
+    order = np.argsort(lay.pixel_mm, kind="stable")
+    steps = np.interp(scales, lay.pixel_mm[order], lay.step_mm[order]).astype(np.float32)
+    return make_bank(place.surface.sensor, scales, steps)
+
+
+def _half_turn(angle: float) -> float:
+    """Return the same undirected line's angle in (−π/2, π/2]."""
+    return math.pi / 2 - (math.pi / 2 - angle) % math.pi

@@ -1,0 +1,177 @@
+"""Heights above the surface, and what a pixel is worth on it: tables made once per surface."""
+
+from dataclasses import dataclass
+from typing import TypeAlias, cast
+
+import cv2
+import numpy as np
+from cv2.typing import MatLike
+from numpy.typing import NDArray
+
+from touchd.geometry import Doubles, SurfaceMap, raw_of_depth
+from touchd.model import Floats, Image16, Mask, Surface
+
+Bytes: TypeAlias = NDArray[np.uint8]
+
+_CELL_PX = 8
+_EXACT_AT_MM = 13.0
+_LEAST_FACING = 0.2
+_LEAST_COSINE = 0.5  # between the surface's normal and the way that the camera looks
+_COARSEST_MM = 16.0  # a raw step as high as this tells no finger from the surface
+_HOLE_PX = 7  # smaller blind spots are surface like what surrounds them
+_LOW_MM = -20.0  # heights are cut to these; lower is no reading, higher is all hand
+_HIGH_MM = 120.0
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangle of pixels in the whole picture: columns left..right - 1 and rows top..bottom - 1."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def window(self) -> tuple[slice, slice]:
+        """The box as an index of a picture."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+
+@dataclass(frozen=True, slots=True)
+class Lay:
+    """How the surface lies under places of the picture (N of them); float32.
+
+    ``px_per_mm`` (N, 2, 2) takes a step in the surface's tangent plane, in mm, to pixels; ``rise_px_per_mm`` (N, 2)
+    is how far a point moves in the picture for each mm that it is raised along the normal. ``pixel_mm`` (N,) is the
+    size of a pixel on the surface, ``step_mm`` (N,) the height of a raw step.
+    """
+
+    px_per_mm: Floats
+    rise_px_per_mm: Floats
+    pixel_mm: Floats
+    step_mm: Floats
+
+    def at(self, which: list[int]) -> "Lay":
+        """Return it under some of the places."""
+        return Lay(self.px_per_mm[which], self.rise_px_per_mm[which], self.pixel_mm[which], self.step_mm[which])
+
+
+def as_floats(picture: MatLike) -> Floats:
+    """Return an OpenCV picture that is known to be float32 as such; nothing is copied."""
+    return cast("Floats", picture)
+
+
+def as_bytes(picture: MatLike) -> Bytes:
+    """Return an OpenCV picture that is known to be uint8 as such; nothing is copied."""
+    return cast("Bytes", picture)
+
+
+class Heights:
+    """The heights above one surface, for every reading at every pixel."""
+
+    def __init__(self, surface: Surface, surface_map: SurfaceMap, inside: Mask) -> None:
+        """``inside`` (H, W): where touches are looked for; elsewhere nothing stands out.
+
+        Where the surface itself gave no reading its depth is that of its surroundings, so that a hand above such a
+        place is seen whole; ``sure`` (H, W) leaves those places out, and where the surface is too steep or too far.
+        """
+        sensor = surface.sensor
+        facing = np.maximum(-np.sum(surface_map.rays * surface_map.normals, axis=2), _LEAST_FACING)
+        z_mm = surface_map.depth.astype(np.float64)
+        here_raw = raw_of_depth(sensor, z_mm)
+        # A raw step is worth a little less the higher above the surface: exact where fingertips are.
+        gain = _EXACT_AT_MM / (here_raw - raw_of_depth(sensor, z_mm - _EXACT_AT_MM))
+        known = inside & np.isfinite(gain)
+        self.usable = known
+        self._gain = np.where(known, gain * facing, 0.0).astype(np.float32)
+        reference = np.where(surface.valid, surface.reference, here_raw)
+        self._reference = np.where(known, reference, 0.0).astype(np.float32)
+        self._facing = facing
+        self._readable = _limits(sensor.to_mm)
+        self._invalid_is_far = sensor.invalid > self._readable[1]  # and so reads as low by itself
+        self._surface = surface
+        self._z_mm = z_mm
+        step = sensor.step_mm[np.clip(np.rint(np.nan_to_num(here_raw)), 0, len(sensor.step_mm) - 1).astype(int)]
+        self._lay = _lay_of(surface_map, step * facing.astype(np.float32))
+        cosine = facing / np.linalg.norm(surface_map.rays, axis=2)
+        sure = known & surface.valid & (cosine > _LEAST_COSINE) & (step < _COARSEST_MM)
+        self.sure = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_HOLE_PX, _HOLE_PX))) > 0
+
+    def raw_at(self, height_mm: Floats | float) -> tuple[Image16, Image16]:
+        """Return the least and the greatest reading (H, W) of what stands at least so high over each pixel."""
+        sensor = self._surface.sensor
+        raw = raw_of_depth(sensor, self._z_mm - height_mm / self._facing)
+        # The surface may read a little off its smoothed depth.
+        off = self._reference - raw_of_depth(sensor, self._z_mm)
+        high = np.floor(np.where(self.usable, raw + off, 0.0))
+        fit = np.isfinite(high) & (high > self._readable[0])
+        top = np.where(fit, high, 0.0).astype(np.uint16)
+        return np.where(fit, np.uint16(self._readable[0]), np.uint16(65535)), top
+
+    def over(self, raw: Image16, box: Box) -> tuple[Floats, Bytes]:
+        """Return the heights in mm within a box, float32, and as uint8 (255 or 0) which of them are readings."""
+        seen = raw[box.window]
+        readings = cv2.inRange(seen, *self._readable)
+        nearer = cv2.subtract(self._reference[box.window], seen, dtype=cv2.CV_32F)
+        heights = cv2.multiply(nearer, self._gain[box.window])
+        # In one pass each; numpy's clip takes three times as long.
+        cv2.threshold(heights, _HIGH_MM, 0.0, cv2.THRESH_TRUNC, dst=heights)
+        np.maximum(heights, _LOW_MM, out=heights)
+        if not self._invalid_is_far:
+            np.copyto(heights, _LOW_MM, where=readings == 0)
+        return as_floats(heights), as_bytes(readings)
+
+    def lay(self, pixels: Floats) -> Lay:
+        """Return how the surface lies under pixels (N, 2)."""
+        cell = (pixels * np.float32(1.0 / _CELL_PX)).astype(np.intp)
+        rows, columns = self._lay.shape[:2]
+        at = self._lay[np.clip(cell[:, 1], 0, rows - 1), np.clip(cell[:, 0], 0, columns - 1)]
+        return Lay(at[:, :4].reshape(-1, 2, 2), at[:, 4:6], at[:, 6], at[:, 7])
+
+
+def _limits(to_mm: Floats) -> tuple[int, int]:
+    """Return the least and the greatest raw value that is a reading."""
+    known = np.flatnonzero(np.isfinite(to_mm))
+    return int(known[0]), int(known[-1])
+
+
+def _lay_of(surface_map: SurfaceMap, step_mm: Floats) -> Floats:
+    """Return the numbers of :class:`Lay` (rows, columns, 8) for each cell of the picture.
+
+    With a ray d and its depth Z, a step along the picture moves the point P = Z·d within the tangent plane n·dP = 0:
+    dP = Z·dd - Z·(n·dd)/(n·d)·d. Raising P by one mm along n turns its ray by (n - d·n_z)/Z.
+    """
+    height, width = surface_map.depth.shape
+    row, column = (np.minimum(np.arange(0, size, _CELL_PX) + _CELL_PX // 2, size - 2) for size in (height, width))
+    at = np.ix_(row, column)
+    rays = surface_map.rays.astype(np.float64)
+    normal, depth, ray = (
+        surface_map.normals[at].astype(np.float64),
+        surface_map.depth[at][..., None].astype(np.float64),
+        rays[at],
+    )
+    by_u = 0.5 * (rays[np.ix_(row, column + 1)] - rays[np.ix_(row, column - 1)])
+    by_v = 0.5 * (rays[np.ix_(row + 1, column)] - rays[np.ix_(row - 1, column)])
+    along_u, along_v = (_on_surface(turn, ray, normal, depth) for turn in (by_u, by_v))
+    first = along_u / np.linalg.norm(along_u, axis=-1, keepdims=True)
+    second = np.cross(first, normal)
+    second *= np.sign(np.sum(second * along_v, axis=-1, keepdims=True))
+    mm_per_px = np.stack(
+        [np.stack([_dot(step, axis) for step in (along_u, along_v)], -1) for axis in (first, second)], -2
+    )
+    turned = ((normal - ray * normal[..., 2:]) / depth)[..., :2]
+    rise = np.linalg.solve(np.stack([by_u[..., :2], by_v[..., :2]], -1), turned[..., None])[..., 0]
+    pixel_mm = np.sqrt(np.abs(np.linalg.det(mm_per_px)))
+    parts = [np.linalg.inv(mm_per_px).reshape(*pixel_mm.shape, 4), rise, pixel_mm[..., None], step_mm[at][..., None]]
+    return np.concatenate(parts, axis=-1).astype(np.float32)
+
+
+def _on_surface(turn: Doubles, ray: Doubles, normal: Doubles, depth: Doubles) -> Doubles:
+    share = np.sum(normal * turn, -1, keepdims=True) / np.sum(normal * ray, -1, keepdims=True)
+    moved: Doubles = depth * (turn - share * ray)
+    return moved
+
+
+def _dot(a: Doubles, b: Doubles) -> Doubles:
+    return np.asarray(np.sum(a * b, axis=-1), np.float64)

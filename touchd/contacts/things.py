@@ -1,0 +1,76 @@
+"""What stands above the surface: where in the picture, its outlines, and whether a hand belongs to it."""
+
+import cv2
+import numpy as np
+
+from touchd.contacts.candidates import Outline
+from touchd.contacts.heights import Box, Heights
+from touchd.model import Floats, Image16, Mask
+
+_THING_MM, _THING_STEPS = 5.0, 0.5
+_HAND_MM = 28.0  # a hand rises this high somewhere
+_BORDER_MM = 15.0  # and at least this high where it is cut off by the border of what is looked at
+_SOLID = np.ones((3, 3), np.uint8)  # what noise alone never fills
+_AROUND_PX = 12
+
+
+class Things:
+    """Finds what stands above one surface."""
+
+    def __init__(self, heights: Heights, levels_mm: tuple[float, ...], step_mm: float) -> None:
+        """``levels_mm``: heights at which outlines are drawn, the lowest first."""
+        self.box = _bounds(heights.usable)
+        self._levels_mm = levels_mm
+        self._border_mm = _BORDER_MM + step_mm
+        low, high = heights.raw_at(_THING_MM + _THING_STEPS * step_mm)
+        self._low, self._high = np.ascontiguousarray(low[self.box.window]), np.ascontiguousarray(high[self.box.window])
+        self._above, self._solid = (np.empty(self._low.shape, np.uint8) for _ in range(2))
+
+    def busy(self, raw: Image16) -> Box | None:
+        """Return a box around all that stands above the surface in a picture, None where nothing does."""
+        if not self._above.size:
+            return None
+        above = cv2.inRange(raw[self.box.window], self._low, self._high, dst=self._above)
+        solid = cv2.erode(above, _SOLID, dst=self._solid)
+        left, top, width, height = cv2.boundingRect(solid)
+        if width == 0:
+            return None
+        return Box(
+            max(self.box.left + left - _AROUND_PX, self.box.left),
+            max(self.box.top + top - _AROUND_PX, self.box.top),
+            min(self.box.left + left + width + _AROUND_PX, self.box.right),
+            min(self.box.top + top + height + _AROUND_PX, self.box.bottom),
+        )
+
+    def outlines(self, heights: Floats, smooth: Floats, box: Box) -> list[Outline]:
+        """Return the outlines of hands at all levels, in px of a box, whose heights (H, W) are given twice."""
+        found = []
+        for level, level_mm in enumerate(self._levels_mm):
+            mask = np.greater(smooth, level_mm).view(np.uint8)
+            outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+            found += [
+                Outline(np.asarray(points, np.int32), level)
+                for points in outlines
+                if self._is_hand(cv2.boundingRect(points), heights, box)
+            ]
+        return found
+
+    def _is_hand(self, bounds: tuple[int, int, int, int] | cv2.typing.Rect, heights: Floats, box: Box) -> bool:
+        """Return whether a thing rises like a hand; one that is cut off at the border may hide where it does."""
+        left, top, width, height = bounds
+        tallest_mm = float(heights[top : top + height, left : left + width].max())
+        cut_off = (
+            left + box.left <= self.box.left + 1
+            or top + box.top <= self.box.top + 1
+            or left + width + box.left >= self.box.right - 1
+            or top + height + box.top >= self.box.bottom - 1
+        )
+        return tallest_mm >= (self._border_mm if cut_off else _HAND_MM)
+
+
+def _bounds(usable: Mask) -> Box:
+    """Return the box around all usable pixels."""
+    rows, columns = np.flatnonzero(usable.any(axis=1)), np.flatnonzero(usable.any(axis=0))
+    if not rows.size:
+        return Box(0, 0, 0, 0)
+    return Box(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)

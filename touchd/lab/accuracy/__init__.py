@@ -1,0 +1,1 @@
+"""`touchd bench accuracy`: scenes with exact truth, run with each method, scored and put into tables."""

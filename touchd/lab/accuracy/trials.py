@@ -1,0 +1,110 @@
+"""Running scenes: each is rendered once, and every contender sees the same frames."""
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+
+import cv2
+
+from touchd.assemble import pipeline_settings
+from touchd.lab.accuracy.contenders import Contender
+from touchd.lab.baselines import BASELINES
+from touchd.lab.scenes import LabScene, lab_scene
+from touchd.lab.scoring import Score, SeenFrame, Truth, score, truth_of
+from touchd.model import Frame, State, Surface, TouchFrame
+from touchd.pipeline import MissingArea, Pipeline
+from touchd.surface.calibrate import Calibration
+from touchd.surface.settings import CalibrationSettings
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A scene to run."""
+
+    scene: str
+    height_mm: float
+    seed: int
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """How a contender fared in a trial. ``sensor``: the kind of camera; ``crowded``: see :class:`Truth`."""
+
+    contender: str
+    trial: Trial
+    sensor: str
+    crowded: bool
+    score: Score
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What calibration gives to the contenders: the surface, and the first frame for the one that learns from it."""
+
+    surface: Surface
+    first: Frame
+
+
+def run_trials(trials: Sequence[Trial], contenders: Sequence[Contender], jobs: int) -> Iterator[list[Outcome]]:
+    """Yield the outcomes of one trial after the other; ``jobs`` processes run them if that is more than one."""
+    if jobs == 1:
+        for trial in trials:
+            yield run_trial(trial, contenders)
+        return
+    with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as workers:
+        yield from workers.map(run_trial, trials, [contenders] * len(trials))
+
+
+def run_trial(trial: Trial, contenders: Sequence[Contender]) -> list[Outcome]:
+    """Return the outcome of a trial for each contender."""
+    return run_scene(lab_scene(trial.scene, trial.height_mm, trial.seed), contenders)
+
+
+def run_scene(scene: LabScene, contenders: Sequence[Contender]) -> list[Outcome]:
+    """Render a scene once and return its outcome for each contender."""
+    cv2.setNumThreads(1)
+    learned = learn(scene)
+    pipelines = [pipeline_of(contender, scene, learned) for contender in contenders]
+    seen: list[list[SeenFrame]] = [[] for _ in contenders]
+    for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
+        frame = scene.frame(index)
+        for pipeline, frames in zip(pipelines, seen, strict=True):
+            frames.append(as_seen(pipeline.step(frame)))
+    truth, trial = scene_truth(scene), Trial(scene.name, scene.height_mm, scene.seed)
+    return [
+        Outcome(contender.name, trial, scene.sensor.kind, truth.crowded, score(frames, truth))
+        for contender, frames in zip(contenders, seen, strict=True)
+    ]
+
+
+def learn(scene: LabScene) -> Learned:
+    """Calibrate on a scene's empty frames."""
+    calibration = Calibration(scene.sensor, CalibrationSettings(frames=scene.calibration_frames), scene.name)
+    first = scene.frame(0)
+    calibration.add(first.raw)
+    for index in range(1, scene.calibration_frames):
+        calibration.add(scene.frame(index).raw)
+    return Learned(calibration.surface_so_far(), first)
+
+
+def pipeline_of(contender: Contender, scene: LabScene, learned: Learned) -> Pipeline:
+    """Return a contender's pipeline, with the surface as it sees it: camera and area are set, nothing else."""
+    settings = pipeline_settings(contender.config(), scene.calibration_frames, MissingArea.WHOLE_PICTURE)
+    settings = replace(settings, area=scene.corners, method=contender.method)
+    pipeline = Pipeline(scene.sensor, settings, scene.name)
+    surface = learned.surface
+    pipeline.use(BASELINES[contender.baseline](surface, learned.first) if contender.baseline else surface)
+    return pipeline
+
+
+def as_seen(frame: TouchFrame) -> SeenFrame:
+    """Return what is scored of a frame."""
+    cursors = {cursor.session_id: (cursor.x, cursor.y) for cursor in frame.cursors}
+    return SeenFrame(frame.index, frame.t_ns / 1e9, frame.state is State.TRACKING, cursors)
+
+
+def scene_truth(scene: LabScene) -> Truth:
+    """Return a scene's truth for the scoring."""
+    frames = range(scene.calibration_frames + scene.frames)
+    return truth_of([scene.truth(index).as_json() for index in frames], scene.area.size_mm)

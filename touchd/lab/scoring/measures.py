@@ -1,0 +1,85 @@
+"""From a score to the figures that are shown."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from touchd.lab.scoring.score import Samples, Score
+
+_GAP_STEP_MM = 2.0
+_RESOLVED_SHARE = 0.9
+
+
+@dataclass(frozen=True, slots=True)
+class Measure:
+    """A figure of a score: None where the score has nothing to tell it by."""
+
+    key: str
+    meaning: str
+    unit: str
+    of: Callable[[Score], float | None]
+
+
+def _share(part: float, whole: float, scale: float = 1.0) -> float | None:
+    return scale * part / whole if whole > 0 else None
+
+
+def _percentile(samples: Samples, percent: float) -> float | None:
+    return float(np.percentile(samples, percent)) if samples else None
+
+
+def _mean(samples: Samples) -> float | None:
+    return float(np.mean(samples)) if samples else None
+
+
+def least_gap_mm(score: Score) -> float | None:
+    """Return the least distance from which on two fingers have their own cursors in 9 of 10 frames.
+
+    Counted in steps of 2 mm from the widest seen downwards; None where no two fingers came near each other.
+    """
+    resolved, unresolved = (np.array(gaps) for gaps in (score.resolved_gaps_mm, score.unresolved_gaps_mm))
+    everything = np.concatenate([resolved, unresolved])
+    if not everything.size:
+        return None
+    least = float(everything.max())
+    for step in sorted(set((everything // _GAP_STEP_MM).tolist()), reverse=True):
+        good = np.count_nonzero(resolved // _GAP_STEP_MM == step)
+        if good < _RESOLVED_SHARE * np.count_nonzero(everything // _GAP_STEP_MM == step):
+            break
+        least = max(step * _GAP_STEP_MM, float(everything.min()))
+    return least
+
+
+MEASURES: Sequence[Measure] = (
+    Measure("touches", "true touches", "", lambda s: float(s.touches)),
+    Measure("found", "touches found", "%", lambda s: _share(s.found, s.touches, 100.0)),
+    Measure("merged", "of them lost in the one before", "%", lambda s: _share(s.merged, s.touches, 100.0)),
+    Measure("false_a_minute", "false touches a minute", "", lambda s: _share(s.false_touches, s.tracked_s, 60.0)),
+    Measure("splits", "splits per touch", "%", lambda s: _share(s.splits, s.touches, 100.0)),
+    Measure("swaps", "id swaps per touch", "%", lambda s: _share(s.swaps, s.touches, 100.0)),
+    Measure("switches", "splits and id swaps per touch", "%", lambda s: _share(s.splits + s.swaps, s.touches, 100.0)),
+    Measure("error_mean", "position error, mean", "mm", lambda s: _mean(s.errors_mm)),
+    Measure("error_p95", "position error, p95", "mm", lambda s: _percentile(s.errors_mm, 95)),
+    Measure("error_p99", "position error, p99", "mm", lambda s: _percentile(s.errors_mm, 99)),
+    Measure("error_worst", "position error, worst", "mm", lambda s: _percentile(s.errors_mm, 100)),
+    Measure("lag", "lag along the path, 0.3–0.9 m/s, mean", "ms", lambda s: _mean(s.lags_ms)),
+    Measure("wobble", "wobble of a still finger, 1 sd", "mm", lambda s: _mean(s.wobbles_mm)),
+    Measure("fires_median", "fires at a clearance, median", "mm", lambda s: _percentile(s.fired_mm, 50)),
+    Measure("fires_p95", "fires at a clearance, p95", "mm", lambda s: _percentile(s.fired_mm, 95)),
+    Measure("releases_median", "releases at a clearance, median", "mm", lambda s: _percentile(s.released_mm, 50)),
+    Measure("releases_p95", "releases at a clearance, p95", "mm", lambda s: _percentile(s.released_mm, 95)),
+    Measure("down_median", "touch-down delay, median", "frames", lambda s: _percentile(s.down_frames, 50)),
+    Measure("down_p95", "touch-down delay, p95", "frames", lambda s: _percentile(s.down_frames, 95)),
+    Measure("lift_median", "lift-off delay, median", "frames", lambda s: _percentile(s.lift_frames, 50)),
+    Measure("lift_p95", "lift-off delay, p95", "frames", lambda s: _percentile(s.lift_frames, 95)),
+    Measure("gap", "pinch resolved down to", "mm", least_gap_mm),
+)
+
+BY_KEY: Mapping[str, Measure] = MappingProxyType({measure.key: measure for measure in MEASURES})
+
+
+def figures(score: Score) -> dict[str, float | None]:
+    """Return every measure of a score by its key."""
+    return {measure.key: measure.of(score) for measure in MEASURES}

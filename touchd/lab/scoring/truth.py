@@ -1,0 +1,90 @@
+"""The truth that events are scored against: every fingertip of every frame, in millimetres of the area."""
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from touchd.errors import RecordingError
+from touchd.formats.folder import reading
+
+TipJson: TypeAlias = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Tip:
+    """A true fingertip in one frame.
+
+    ``touch`` numbers touches from 1, each with its way down and up; below 1 for a fingertip that only hovers.
+    ``finger`` and ``hand`` stay the same from touch to touch where the truth tells them. ``x_mm``, ``y_mm``: the touch
+    point, from the area's top left corner. ``clearance_mm``: the gap between fingertip and surface.
+    """
+
+    touch: int
+    finger: int
+    hand: int
+    x_mm: float
+    y_mm: float
+    clearance_mm: float
+    touching: bool
+    inside: bool  # the area
+    person: int
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """The fingertips of each depth frame, counted from 0; ``size_mm`` is the area's width and height."""
+
+    size_mm: tuple[float, float]
+    frames: tuple[tuple[Tip, ...], ...]
+
+    @property
+    def crowded(self) -> bool:
+        """Whether at some time two people touch, or five fingers of one hand."""
+        return any(_is_crowd([tip for tip in tips if tip.touching]) for tips in self.frames)
+
+
+def _is_crowd(down: Sequence[Tip]) -> bool:
+    fingers = Counter((tip.person, tip.hand) for tip in down)
+    return len({tip.person for tip in down}) > 1 or max(fingers.values(), default=0) >= 5
+
+
+def truth_of(frames: Sequence[Sequence[TipJson]], size_mm: tuple[float, float]) -> Truth:
+    """Return the truth in the form of a truth file: a list of fingertips for each frame.
+
+    Needed of each: tip, x, y, clearance_mm, touching. finger and hand are each touch's own where they are not given.
+    Raises KeyError, TypeError or ValueError for anything else.
+    """
+    tips = tuple(tuple(_tip(tip, size_mm) for tip in frame) for frame in frames)
+    return Truth(size_mm, tips)
+
+
+def _tip(tip: TipJson, size_mm: tuple[float, float]) -> Tip:
+    touch = int(tip["tip"])
+    x, y = float(tip["x"]), float(tip["y"])
+    return Tip(
+        touch=touch,
+        finger=int(tip.get("finger", touch)),
+        hand=int(tip.get("hand", 0)),
+        x_mm=x * size_mm[0],
+        y_mm=y * size_mm[1],
+        clearance_mm=float(tip["clearance_mm"]),
+        touching=bool(tip["touching"]),
+        inside=0.0 <= x <= 1.0 and 0.0 <= y <= 1.0,
+        person=int(tip.get("person", 0)),
+    )
+
+
+def read_truth(path: Path, size_mm: tuple[float, float]) -> Truth:
+    """Return the truth in a truth.json for an area of this size. Raises RecordingError."""
+    with reading(path):
+        text = path.read_bytes()
+    try:
+        return truth_of(json.loads(text), size_mm)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise RecordingError(
+            f"{path} is no truth file ({type(error).__name__}: {error}): expected is a list for each depth frame of "
+            'its fingertips, such as {"tip": 1, "x": 0.5, "y": 0.5, "clearance_mm": 0.0, "touching": true}'
+        ) from error
