@@ -131,9 +131,7 @@ class _Descriptors:
 
 def test_all_transfers_are_submitted_and_each_again_once_it_was_handed_over(libusb: FakeLibusb) -> None:
     seen: list[tuple[int, int, int]] = []
-    running = libusb.open(
-        lambda transfer, lengths, stride: seen.append((len(transfer), len(lengths), stride))
-    )
+    running = libusb.open(lambda transfer, lengths, stride: seen.append((len(transfer), len(lengths), stride)))
     assert len(libusb.submitted) == TRANSFERS
     libusb.ends = [COMPLETED, COMPLETED]
     running.pump(0.0)
