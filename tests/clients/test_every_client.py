@@ -148,7 +148,7 @@ def test_a_client_that_starts_late_learns_of_the_touches_there_are(clients: list
     with running(table.config, table.state) as daemon:
         wait_until(lambda: seen_by_all(clients, 3))
         with all_clients(ports) as late:
-            wait_until(lambda: seen_by_all(late, 20))
+            wait_until(lambda: seen_by_all(late, 30))
             end(daemon, [*clients, *late])
             events = table.take_events()
             assert_same_in_all(clients, events)
@@ -165,7 +165,7 @@ def test_a_client_that_stops_and_comes_back_goes_on_with_what_is_there(clients: 
         with all_clients(ports) as first:
             wait_until(lambda: seen_by_all(first, 10))
         with all_clients(ports) as again:
-            wait_until(lambda: seen_by_all(again, 20))
+            wait_until(lambda: seen_by_all(again, 30))
             end(daemon, [*clients, *again])
             events = table.take_events()
             assert_same_in_all(clients, events)
