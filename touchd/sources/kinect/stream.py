@@ -108,6 +108,7 @@ class LibusbStream:
         for transfer in self._transfers.values():
             self._lib.libusb_free_transfer(transfer.pointer)
         self._transfers.clear()
+        self._idle.clear()
         # Both refer to this object: without it, some MB would wait for Python to look for cycles.
         self._callback = self._failure = None
 
