@@ -32,8 +32,10 @@ CELL = (9, 19)  # px
 FONT = cv2.FONT_HERSHEY_SIMPLEX
 MARGIN, HEADING = 14, 34  # px
 HIGHEST_MM = 140.0
-# Speed is no part of a deterministic picture: these are from 25 s of `touchd demo --scenario ten` on two slow cores.
-MEASURED = MetricsSnapshot(frames=696, dropped=5, fps=30.0, latency_p50_ms=1.2, latency_p99_ms=4.7, latency_max_ms=None)
+# Speed is no part of a deterministic picture: these are from 62 s of `touchd demo --scenario ten` on two slow cores.
+MEASURED = MetricsSnapshot(
+    frames=1833, dropped=7, fps=30.0, latency_p50_ms=3.9, latency_p99_ms=7.8, latency_max_ms=None
+)
 
 PAPER, INK, TOUCH = (250, 248, 246), (50, 40, 36), (60, 230, 255)
 TERMINAL_PAPER = (38, 30, 27)
