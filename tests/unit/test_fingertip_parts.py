@@ -67,6 +67,42 @@ def test_a_low_place_beside_higher_ones_is_a_candidate_without_being_an_end() ->
     assert np.any(np.hypot(dips[:, 0] - 93.0, dips[:, 1] - 97.0) < 12.0)
 
 
+def test_dips_are_found_along_the_lowest_outlines_only_in_whatever_order_outlines_come() -> None:
+    heights = np.full((200, 200), 40.0, np.float32)
+    heights[85:110, 85:101] = 13.0
+    low, high = finger_outline(), Outline(finger_outline().points + np.int32(1), 1)
+    either, other = find_ends([low, high], heights, WALK), find_ends([high, low], heights, WALK)
+    np.testing.assert_array_equal(either.points[either.rank < 0.0], other.points[other.rank < 0.0])
+    dips = other.rank == -1.0
+    assert dips.any()
+    assert (other.level[dips] == 0).all()
+
+
+def test_heights_in_whole_numbers_show_the_same_dips() -> None:
+    heights = np.full((200, 200), 40, np.uint16)
+    heights[85:110, 85:101] = 13
+    whole = find_ends([finger_outline()], heights, WALK)
+    exact = find_ends([finger_outline()], heights.astype(np.float32), WALK)
+    dips = whole.points[whole.rank == -1.0]
+    assert len(dips)
+    assert all(np.hypot(*(exact.points[exact.rank == -1.0] - dip).T).min() < 12.0 for dip in dips)
+
+
+def test_an_outline_too_short_to_be_walked_along_has_no_ends() -> None:
+    speck = Outline(finger_outline().points[: 2 * min(WALK.reaches)], 0)
+    ends = find_ends([speck], np.full((200, 200), 40.0, np.float32), WALK)
+    assert (ends.points.shape, ends.back.shape, len(ends.rank), len(ends.level)) == ((0, 2), (0, 2), 0, 0)
+
+
+def test_an_outline_shorter_than_its_repetition_is_walked_around_more_than_once() -> None:
+    angles = np.linspace(0.0, 2 * np.pi, 26, endpoint=False)
+    ring = np.stack([100 + 4.0 * np.cos(-angles), 100 + 4.0 * np.sin(-angles)], 1).round().astype(np.int32)[:, None]
+    ends = find_ends([Outline(ring, 0)], np.full((200, 200), 13.0, np.float32), WALK)
+    inwards = 100.0 - ends.points
+    assert len(ends.rank)
+    assert (np.sum(inwards * ends.back, axis=1) > 0.0).all()
+
+
 def test_of_points_too_close_together_the_best_is_kept() -> None:
     points = np.array([[0.0, 0.0], [3.0, 0.0], [20.0, 0.0]], np.float32)
     assert distinct(points, np.array([0.5, 0.9, 0.1], np.float32), apart_px=8.0) == [1, 2]

@@ -2,22 +2,31 @@
 
 Two signs tell of one. The outline turns back on itself (a convex end), which shows fingers that stick out. Or what
 stands just inside of the outline is lowest there (a dip), which shows a fingertip on the surface beside higher ones.
+
+Outlines have so few points that the number of calls costs, not what is done in them. So all outlines are walked along
+at once, and a point of the picture is one complex number, x + iy.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
+from operator import attrgetter
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from touchd.model import Floats, Mask
+from touchd.model import Floats, Image16, Mask
+
+Complexes = NDArray[np.complex64]
 
 _SMOOTH_POINTS = 5
 _BLUNTEST_COS = -0.25  # of the angle between an end's two sides, seen from its point
 _DIP_RANK = -1.0  # below any end
 _TANGENT_POINTS = 4
 _DIP_POINTS = 7
+_LEFT_TURN = np.complex64(-1j)  # a quarter, as seen in a picture, whose y leads down
+_TINY = np.float32(1e-6)  # keeps what has no length from a division by zero
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,78 +63,134 @@ class Ends:
     level: NDArray[np.intp]
 
 
-def find_ends(outlines: Sequence[Outline], heights: Floats, walk: Walk) -> Ends:
-    """Return the convex ends of all outlines and the dips of those of the lowest level, over heights (H, W) in mm."""
+def find_ends(outlines: Sequence[Outline], heights: Floats | Image16, walk: Walk) -> Ends:
+    """Return the convex ends of all outlines and the dips of those of the lowest level, over heights (H, W) in mm.
+
+    Heights in another unit will do if the walk's ``lowest_mm`` is in the same.
+    """
     kept = [outline for outline in outlines if len(outline.points) > 2 * min(walk.reaches)]
     if not kept:
         nowhere = np.zeros((0, 2), np.float32)
         return Ends(nowhere, nowhere, nowhere[:, 0], np.zeros(0, np.intp))
-    pad = max(walk.reaches) + _SMOOTH_POINTS
-    track = _Track.along(kept, pad)
-    found = [_ends(track, reach) for reach in walk.reaches]
-    found.append(_dips(track, heights, walk))
-    at = np.concatenate([places for places, _, _, _ in found])
-    back = np.stack([np.concatenate([x for _, x, _, _ in found]), np.concatenate([y for _, _, y, _ in found])], 1)
-    back /= np.hypot(back[:, 0], back[:, 1])[:, None] + np.float32(1e-6)
-    rank = np.concatenate([rank for _, _, _, rank in found])
-    return Ends(np.stack([track.x[at], track.y[at]], 1), back, rank, track.level[at])
+    track = _Track.along(kept, max(walk.reaches) + _SMOOTH_POINTS)
+    ends, ends_back, ends_rank = _ends(track, walk.reaches)
+    dips, dips_back = _dips(track, heights, walk)
+    at = np.concatenate((ends, dips))
+    back = np.concatenate((ends_back, dips_back))
+    back /= np.abs(back) + _TINY
+    rank = np.empty(len(at), np.float32)
+    rank[: len(ends)], rank[len(ends) :] = ends_rank, _DIP_RANK
+    return Ends(_as_pairs(track.points.take(at)), _as_pairs(back), rank, track.level.take(at))
 
 
 @dataclass(frozen=True, slots=True)
 class _Track:
-    """All outlines one after the other, each with its own beginning behind its end, so that slices walk around it."""
+    """All outlines one after the other, the lowest level first, N points in all.
 
-    x: Floats
-    y: Floats
-    own: Mask  # not a repetition
-    length: NDArray[np.intp]  # of the outline that a point belongs to
+    ``pad`` points of each outline are repeated before its beginning and behind its end, so that slices walk around it.
+    ``level`` (N,) is that of the outline; ``pieces`` are where on the track each one begins and ends, repetitions
+    included.
+    """
+
+    points: Complexes
     level: NDArray[np.intp]
+    pieces: list[tuple[int, int]]
+    pad: int
 
     @classmethod
     def along(cls, outlines: Sequence[Outline], pad: int) -> "_Track":
-        pieces = [cv2.copyMakeBorder(outline.points, pad, pad, 0, 0, cv2.BORDER_WRAP) for outline in outlines]
-        sizes = [len(piece) for piece in pieces]
-        smooth = cv2.blur(np.concatenate(pieces).astype(np.float32), (1, _SMOOTH_POINTS))
-        own = np.zeros(len(smooth), np.bool_)
+        ordered = sorted(outlines, key=attrgetter("level"))
+        parts = [part for outline in ordered for part in _closed(outline.points, pad)]
+        row = np.concatenate(parts, dtype=np.float32).reshape(1, -1, 2)
+        points = cv2.blur(row, (_SMOOTH_POINTS, 1)).view(np.complex64).ravel()
+        level = np.empty(len(points), np.intp)
+        pieces: list[tuple[int, int]] = []
         begin = 0
-        for size in sizes:
-            own[begin + pad : begin + size - pad] = True
-            begin += size
-        return cls(
-            x=np.ascontiguousarray(smooth[:, 0, 0]),
-            y=np.ascontiguousarray(smooth[:, 0, 1]),
-            own=own,
-            length=np.repeat([size - 2 * pad for size in sizes], sizes),
-            level=np.repeat([outline.level for outline in outlines], sizes),
-        )
+        for outline in ordered:
+            end = begin + len(outline.points) + 2 * pad
+            level[begin:end] = outline.level
+            pieces.append((begin, end))
+            begin = end
+        return cls(points, level, pieces, pad)
+
+    def own(self, marks: Mask, first: int) -> NDArray[np.intp]:
+        """Return which (K,) are set of the marks (..., M) of points from the ``first`` on, but for repetitions.
+
+        The marks of repetitions are cleared in place, those of several rows counted through.
+        """
+        end_of_own = 0
+        for begin, end in self.pieces:
+            marks[..., end_of_own : max(begin + self.pad - first, 0)] = False
+            end_of_own = max(end - self.pad - first, 0)
+        marks[..., end_of_own:] = False
+        return marks.ravel().nonzero()[0]
 
 
-_Places = tuple[NDArray[np.intp], Floats, Floats, Floats]  # where on the track, back (x and y), rank
+def _closed(points: NDArray[np.int32], pad: int) -> list[NDArray[np.int32]]:
+    """Return the parts of an outline with so many of its points repeated at both ends."""
+    if len(points) < pad:
+        return [points.take(np.arange(-pad, len(points) + pad), axis=0, mode="wrap")]
+    return [points[-pad:], points, points[:pad]]
 
 
-def _ends(track: _Track, reach: int) -> _Places:
-    """Return where both ways along the outline lead back the same way, most so of all places nearby."""
-    here = slice(reach, -reach)
-    ax, ay = track.x[2 * reach :] - track.x[here], track.y[2 * reach :] - track.y[here]
-    bx, by = track.x[: -2 * reach] - track.x[here], track.y[: -2 * reach] - track.y[here]
-    cos = (ax * bx + ay * by) / np.sqrt((ax * ax + ay * ay) * (bx * bx + by * by) + np.float32(1e-6))
-    convex = (ax * by < ay * bx) & (track.length[here] > 2 * reach)
-    score = np.where(convex, cos, np.float32(-1.0))
-    best = cv2.dilate(score[None], np.ones((1, 2 * (reach // 2) + 1), np.uint8))[0]
-    at = np.flatnonzero((score >= best) & (score > _BLUNTEST_COS) & track.own[here])
-    return at + reach, ax[at] + bx[at], ay[at] + by[at], score[at]
+def _ends(track: _Track, reaches: tuple[int, ...]) -> tuple[NDArray[np.intp], Complexes, Floats]:
+    """Return where both ways along the outline lead back the same way, most so of all places nearby.
+
+    Returns places on the track, the way back and the rank, all (K,).
+    """
+    margin = max(reaches)
+    here = track.points[margin:-margin]
+    count = len(here)
+    ahead, behind = np.empty((2, len(reaches), count), np.complex64)
+    for row, reach in enumerate(reaches):
+        np.subtract(track.points[margin + reach :][:count], here, out=ahead[row])
+        np.subtract(track.points[margin - reach :][:count], here, out=behind[row])
+    score = _sharpness(ahead, behind)
+    best = np.empty_like(score)
+    for row, reach in enumerate(reaches):
+        for begin, end in track.pieces:
+            if end - begin - 2 * track.pad <= 2 * reach:
+                score[row, max(begin - margin, 0) : max(end - margin, 0)] = -1.0
+        cv2.dilate(score[row : row + 1], _nearby(reach), dst=best[row : row + 1])
+    peaks = score >= best
+    peaks &= score > _BLUNTEST_COS
+    found = track.own(peaks, margin)
+    return found % count + margin, ahead.take(found) + behind.take(found), score.take(found)
 
 
-def _dips(track: _Track, heights: Floats, walk: Walk) -> _Places:
-    """Return where what stands just inside of the lowest outlines is lower than nearby."""
+def _sharpness(ahead: Complexes, behind: Complexes) -> Floats:
+    """Return the cosine of the angle between two ways from a point, −1 where the outline is not convex there.
+
+    The product with a conjugate has the cosine in its real part, the sine in its imaginary part, and both lengths as
+    its own.
+    """
+    turn = ahead * behind.conj()
+    cos: Floats = turn.real / (np.abs(turn) + _TINY)
+    np.putmask(cos, turn.imag <= 0.0, -1.0)
+    return cos
+
+
+def _dips(track: _Track, heights: Floats | Image16, walk: Walk) -> tuple[NDArray[np.intp], Complexes]:
+    """Return where what stands just inside of the lowest outlines is lower than nearby: on the track, and inwards."""
     step = _TANGENT_POINTS
-    here = slice(step, -step)
-    inward_x, inward_y = track.y[2 * step :] - track.y[: -2 * step], track.x[: -2 * step] - track.x[2 * step :]
-    scale = np.float32(walk.inset) / (np.hypot(inward_x, inward_y) + np.float32(1e-6))
-    inside_x, inside_y = track.x[here] + inward_x * scale, track.y[here] + inward_y * scale
-    inside = cv2.remap(heights, inside_x, inside_y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).reshape(1, -1)
-    smooth = cv2.blur(inside, (_DIP_POINTS, 1))
-    least = cv2.erode(smooth, np.ones((1, 2 * (min(walk.reaches) // 2) + 1), np.uint8))
-    low = (smooth <= least) & (smooth < walk.lowest_mm)
-    at = np.flatnonzero(low[0] & track.own[here] & (track.level[here] == 0))
-    return at + step, inward_x[at], inward_y[at], np.full(len(at), _DIP_RANK, np.float32)
+    lowest = track.points[: int(track.level.searchsorted(1))]
+    inward = (lowest[2 * step :] - lowest[: -2 * step]) * _LEFT_TURN
+    inset = inward * (np.float32(walk.inset) / (np.abs(inward) + _TINY))
+    places = _as_pairs(lowest[step:-step] + inset)[None]
+    inside = cv2.remap(heights, places, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)  # type: ignore[call-overload]
+    smooth = cv2.boxFilter(inside, cv2.CV_32F, (_DIP_POINTS, 1))
+    low = smooth <= cv2.erode(smooth, _nearby(min(walk.reaches)))
+    low &= smooth < walk.lowest_mm
+    found = track.own(low, step)
+    return found + step, inward.take(found)
+
+
+@cache
+def _nearby(reach: int) -> NDArray[np.uint8]:
+    """Return the row of points that a point is compared with: half a reach to both sides."""
+    return np.ones((1, 2 * (reach // 2) + 1), np.uint8)
+
+
+def _as_pairs(points: Complexes) -> Floats:
+    """Return complex numbers (N,) as x and y (N, 2)."""
+    return points.view(np.float32).reshape(-1, 2)

@@ -1,20 +1,21 @@
-"""Touching or not: what the clearance of a fitted fingertip says, and how far the fit can be believed."""
+"""Touching or not: what the clearance of a fitted fingertip says, and how far the fit can be believed.
+
+The figures come from the fits of rendered fingers whose clearance is known: those that touch, hover, or are none.
+"""
 
 from dataclasses import dataclass
 
 # A touch begins below the first and ends above the second, each grown by so many raw steps.
-_ON_MM, _ON_STEPS = 3.5, 1.1
-_OFF_MM, _OFF_STEPS = 4.5, 2.8
-# A steep finger hides its tip, so that its clearance reads too high: by this much per step and radian. On a coarse
-# sensor the prior on the pitch takes care of that.
-_STEEP_MM, _STEEP_RAD = 13.0, 0.75
-# Where the fit is doubted: between full trust and none.
-_MISFIT, _MISFIT_PER_STEP, _MISFIT_SPAN = 1.6, 0.6, 0.6
-_PITCH_RAD, _PITCH_PER_STEP, _PITCH_SPAN = 1.17, 0.012, 0.1
-_CORE, _CORE_SPAN = 3.6, 1.2
-_LEAST_SEEN = 0.45
-_BEGINS, _SURE = 0.2, 0.3  # the least trust in a fit that begins a touch, and in one that ends it
-_DOUBT_KEEPS = 0.35  # a live touch is given this much more trust
+_ON_MM, _ON_STEPS = 3.2, 1.2
+_OFF_MM, _OFF_STEPS = 3.0, 2.2
+# A fine sensor sees steep fingers, but not their tips, which makes their clearance read too high: by so many mm for
+# each rad beyond a pitch, less and less up to a coarser step. To a coarse sensor, what looks upright is no finger.
+_STEEP_RAD, _STEEP_MM, _STEEP_UP_TO_STEP = 1.1, 18.0, 3.0
+_UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.05, 15.0, 2.5
+# A poor fit must lie lower: by so many raw steps for each standard deviation above what good fits have.
+_GOOD, _CORE_STEPS, _MISFIT_STEPS = 1.0, 1.3, 2.0
+_SURE_STEPS, _CLEAR_STEPS = 0.8, 1.5  # of doubt, at most, to begin a touch at first sight, and to end one
+_SEEN_AT_ALL, _SEEN_WELL = 0.45, 0.6  # share of the samples that are the finger's own
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,40 +33,35 @@ class Fit:
 class Verdict:
     """What a fit says.
 
-    ``firm``: touching, surely enough to begin a touch. ``kept``: near enough to continue one. ``lifted``: seen well,
-    and not touching.
+    ``low``: as near as when a touch begins. ``sure``: well enough seen to begin one at first sight, else it takes two.
+    ``kept``: near enough to continue one. ``lifted``: seen well, and not touching.
     """
 
     clearance_mm: float
-    firm: bool
+    low: bool
+    sure: bool
     kept: bool
     lifted: bool
 
 
 def verdict(fit: Fit, step_mm: float) -> Verdict:
-    """Return whether a fingertip touches, where a raw step of the sensor is ``step_mm`` high.
-
-    The thresholds shrink with the trust in the fit: a doubtful one must lie lower.
-    """
-    clearance_mm = fit.clearance_mm - _STEEP_MM / step_mm * max(0.0, fit.pitch_rad - _STEEP_RAD)
-    trust = _trust(fit, step_mm)
-    on_mm, off_mm = _ON_MM + _ON_STEPS * step_mm, _OFF_MM + _OFF_STEPS * step_mm
+    """Return whether a fingertip touches, where a raw step of the sensor is ``step_mm`` high."""
+    if fit.seen < _SEEN_AT_ALL:
+        return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, lifted=False)
+    hidden_mm = _STEEP_MM * max(0.0, _STEEP_UP_TO_STEP - step_mm) * max(0.0, fit.pitch_rad - _STEEP_RAD)
+    clearance_mm, doubt_mm = fit.clearance_mm - hidden_mm, _doubt_mm(fit, step_mm)
+    off_mm = _OFF_MM + _OFF_STEPS * step_mm
     return Verdict(
         clearance_mm,
-        firm=trust > _BEGINS and clearance_mm < on_mm * trust,
-        kept=trust > 0.0 and clearance_mm < off_mm * min(1.0, trust + _DOUBT_KEEPS),
-        lifted=trust > _SURE and clearance_mm > off_mm,
+        low=fit.seen > _SEEN_WELL and clearance_mm + doubt_mm < _ON_MM + _ON_STEPS * step_mm,
+        sure=doubt_mm < _SURE_STEPS * step_mm,
+        kept=clearance_mm < off_mm,
+        lifted=clearance_mm > off_mm and doubt_mm < _CLEAR_STEPS * step_mm,
     )
 
 
-def _trust(fit: Fit, step_mm: float) -> float:
-    """Return how far a fit can be believed, from 0 to 1."""
-    if fit.seen < _LEAST_SEEN:
-        return 0.0
-    by_misfit = (_MISFIT + _MISFIT_PER_STEP / step_mm - fit.misfit) / _MISFIT_SPAN
-    by_pitch = (_PITCH_RAD - _PITCH_PER_STEP * step_mm - fit.pitch_rad) / _PITCH_SPAN
-    by_core = (_CORE - fit.core) / _CORE_SPAN
-    trust = 1.0
-    for part in (by_misfit, by_pitch, by_core):
-        trust *= min(1.0, max(0.0, part))
-    return trust
+def _doubt_mm(fit: Fit, step_mm: float) -> float:
+    """Return how much lower than a good fit one must lie to count the same."""
+    poor = _CORE_STEPS * max(0.0, fit.core - _GOOD) + _MISFIT_STEPS * max(0.0, fit.misfit - _GOOD)
+    upright = max(0.0, step_mm - _UPRIGHT_FROM_STEP) * max(0.0, fit.pitch_rad - _UPRIGHT_RAD)
+    return step_mm * poor + _UPRIGHT_MM * upright

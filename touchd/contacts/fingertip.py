@@ -9,19 +9,20 @@ import numpy as np
 
 from touchd.contacts.candidates import Walk, find_ends
 from touchd.contacts.decide import Fit, verdict
-from touchd.contacts.fit import Fitter, Quality, Tips
-from touchd.contacts.heights import Bytes, Heights, Lay, as_floats
+from touchd.contacts.fit import ANGLE, CLEARANCE, LIVE_TRUST, PITCH, RADIUS, Fitter, Picture, Quality, Tips, pinned
+from touchd.contacts.heights import Box, Heights, as_floats
 from touchd.contacts.memory import Memory
 from touchd.contacts.method import Expected, Place, Sighting
 from touchd.contacts.neighbours import distinct, owned_samples
 from touchd.contacts.patch import PatchBank, make_bank
-from touchd.contacts.starts import Starts
+from touchd.contacts.starts import Guesses, Starts
 from touchd.contacts.things import Things
 from touchd.model import Contact, Floats, Image16, Mask
 
 # Outlines are drawn at two heights, each grown by so many raw steps.
 _LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
-_SAME_TIP_MM = 8.0
+_SAME_TIP_MM = 10.0  # no two fingertips are nearer
+_AGAIN_MM = 25.0  # so near to where it was in the last picture a doubtful fingertip is the same one
 _FREE_ROUNDS, _SETTLING_ROUNDS, _PINNED_ROUNDS = 2, 2, 2
 _SHOWN_RANK = np.float32(100.0)  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
@@ -53,24 +54,24 @@ class FingertipMethod:
         middle = self._heights.lay(_middle_of(self._heights.usable))
         pixel_mm, step_mm = float(middle.pixel_mm[0]), float(middle.step_mm[0])
         levels_mm = tuple(mm + steps * step_mm for mm, steps in zip(_LEVELS_MM, _LEVELS_STEPS, strict=True))
-        self._step_mm = step_mm
-        self._same_tip_px = _SAME_TIP_MM / pixel_mm
+        self._step_mm, self._pixel_mm = step_mm, pixel_mm
+        self._same_tip_px, self._again_px = _SAME_TIP_MM / pixel_mm, _AGAIN_MM / pixel_mm
         self._memory = Memory()
+        self._low_px: list[tuple[float, float]] = []  # where the last picture showed fingertips as low as touching ones
         self._things = Things(self._heights, levels_mm, step_mm)
         self._fitter = Fitter(_bank_for(self._heights, place))
         self._walk = _walk_for(pixel_mm, place.surface.sensor.fatten_px)
         ahead_mm = [self._fitter.reach_mm(pixel_mm, level) for level in levels_mm]
-        self._starts = Starts(
-            self._heights, place, self._memory, np.array(ahead_mm, np.float32) / np.float32(pixel_mm), pixel_mm
-        )
+        self._starts = Starts(self._heights, place, np.array(ahead_mm, np.float32) / np.float32(pixel_mm), pixel_mm)
 
     def find(self, raw: Image16, expected: Sequence[Expected]) -> Sighting:
         """Return the touching fingertips in one picture (H, W) uint16, and where others hover."""
         sighting = Sighting([])
         found = self.look(raw, expected)
+        before_px, self._low_px = self._low_px, []
         if found is not None:
             for i in range(len(found.shape)):
-                self._judge(found, i, sighting)
+                self._judge(found, i, before_px, sighting)
         return sighting
 
     def look(self, raw: Image16, expected: Sequence[Expected]) -> Found | None:
@@ -82,60 +83,62 @@ class FingertipMethod:
         heights = as_floats(cv2.medianBlur(heights, 3))
         smooth = as_floats(cv2.blur(heights, (3, 3)))
         ends = find_ends(self._things.outlines(heights, smooth, box), smooth, self._walk)
-        tips = self._starts.tips(ends, expected, smooth, box, self._same_tip_px)
-        if not len(tips.angle):
+        guesses = self._starts.guesses(ends, expected, smooth, box, self._same_tip_px)
+        if guesses is None:
             return None
-        origin = np.array([box.left, box.top], np.float32)
-        return self._fitted(tips, self._heights.lay(tips.centres_px + origin), heights, readings, origin)
+        return self._fitted(guesses, Picture(heights, readings), box)
 
-    def _fitted(self, tips: Tips, lay: Lay, heights: Floats, readings: Bytes, origin: Floats) -> Found:
+    def _fitted(self, guesses: Guesses, picture: Picture, box: Box) -> Found:
         """Fit freely, drop what became the same tip, share the samples, and fit again; then with the tip pinned down.
 
         The clearance decides on touching, so it must be free; the place is surer with the clearance known.
         """
         fitter = self._fitter
-        everything = np.ones(fitter.places(lay)[0].shape, np.float32)
-        quality = fitter.fit(tips, lay, heights, readings, everything, _FREE_ROUNDS, pinned=False)
+        corner = np.array([box.left, box.top, 0.0, 0.0, 0.0, 0.0], np.float32)
+        start, likely, trust = self._memory.recall(guesses.state + corner, self._pixel_mm)
+        trust[guesses.live, CLEARANCE] = LIVE_TRUST
+        tips, bed = Tips(start - corner, guesses.shown, likely, trust), fitter.bed(guesses.lay)
+        quality = fitter.fit(tips, bed, picture, np.ones(bed.core.shape, np.float32), _FREE_ROUNDS)
         kept = self._different(tips, quality)
-        tips, lay = tips.at(kept), lay.at(kept)
-        owned = owned_samples(tips, lay, fitter.places(lay))
-        quality = fitter.fit(tips, lay, heights, readings, owned, _SETTLING_ROUNDS, pinned=False)
-        shape = tips.shape.copy()
-        self._memory.keep(tips.centres_px + origin, shape)
-        tips.shape[:, 1] = 0.0
-        fitter.fit(tips, lay, heights, readings, owned, _PINNED_ROUNDS, pinned=True)
-        kept = self._different(tips, quality)
-        tips, lay = tips.at(kept), lay.at(kept)
-        back = np.stack([np.cos(tips.angle), np.sin(tips.angle)], -1)
+        tips, bed = tips.at(kept), bed.at(kept)
+        owned = owned_samples(tips, bed)
+        quality = fitter.fit(tips, bed, picture, owned, _SETTLING_ROUNDS)
+        self._memory.keep(guesses.state[kept] + corner, tips.state + corner)
+        resting = pinned(tips)
+        fitter.fit(resting, bed, picture, owned, _PINNED_ROUNDS)
+        kept = self._different(resting, quality)
+        state, lay = resting.state[kept], bed.lay.at(kept)
+        back = np.stack([np.cos(state[:, ANGLE]), np.sin(state[:, ANGLE])], -1)
         return Found(
-            feet_px=tips.centres_px + origin - lay.rise_px_per_mm * tips.shape[:, 2:],
+            feet_px=state[:, :2] + corner[:2] - lay.rise_px_per_mm * state[:, RADIUS:],
             back_px=np.matmul(lay.px_per_mm, back[..., None])[..., 0],
-            shape=shape[kept],
+            shape=tips.state[kept, PITCH:],
             quality=quality.at(kept),
-            shown=tips.shown,
+            shown=tips.shown[kept],
         )
 
     def _different(self, tips: Tips, quality: Quality) -> list[int]:
         """Return which tips to keep of those that became the same one: the best fit that the picture itself showed."""
-        return distinct(tips.centres_px, tips.shown * _SHOWN_RANK - quality.misfit, self._same_tip_px)
+        return distinct(tips.state[:, :2], tips.shown * _SHOWN_RANK - quality.misfit, self._same_tip_px)
 
-    def _judge(self, found: Found, i: int, sighting: Sighting) -> None:
-        """Add one fingertip to what is said of the picture."""
+    def _judge(self, found: Found, i: int, before_px: list[tuple[float, float]], sighting: Sighting) -> None:
+        """Add one fingertip to what is said of the picture; ``before_px``: where one was as low in the last."""
         pitch, clearance, radius = found.shape[i].tolist()
         quality = found.quality
         fit = Fit(pitch, clearance, float(quality.misfit[i]), float(quality.core[i]), float(quality.seen[i]))
         said = verdict(fit, self._step_mm)
-        if not (said.kept or said.lifted):
-            return
         (u, v), (back_u, back_v) = found.feet_px[i].tolist(), found.back_px[i].tolist()
-        if not self._is_sure(u, v):
+        if not (said.kept or said.lifted) or not self._is_sure(u, v):
             return
+        if said.low:
+            self._low_px.append((u, v))
         x, y = self.area_of(u, v)
         width_mm, height_mm = self._place.area.size_mm
         if said.lifted:
             sighting.lifted_mm.append((x * width_mm, y * height_mm))
             return
         back_x, back_y = self.area_of(u + back_u, v + back_v)
+        begins = said.sure or any(math.dist((u, v), place) < self._again_px for place in before_px)
         contact = Contact(
             x=x,
             y=y,
@@ -144,7 +147,7 @@ class FingertipMethod:
             height_mm=max(0.0, said.clearance_mm),
             area_mm2=math.pi * radius * radius,
             angle=_half_turn(math.atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
-            firm=said.firm and bool(found.shown[i]),
+            firm=said.low and begins and bool(found.shown[i]),
         )
         sighting.contacts.append(contact)
 

@@ -1,59 +1,75 @@
 """Fitting the fingertip model to the heights around many places at once: a few weighted Gauss-Newton steps."""
 
+from bisect import bisect
 from dataclasses import dataclass
+from itertools import pairwise
+from math import cos, sin
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from touchd.contacts.heights import Bytes, Lay, as_floats
 from touchd.contacts.patch import CLEARANCES_MM, PITCHES_RAD, RADII_MM, UNKNOWNS, PatchBank
 from touchd.model import Floats, Mask
 
+# The columns of what is fitted: the ball's centre in the picture (px), the way back along the finger (rad, in the
+# surface's frame), pitch (rad), clearance and radius (mm).
+ANGLE, PITCH, CLEARANCE, RADIUS = 2, 3, 4, 5
 # What is known of any fingertip before looking: mean and standard deviation of pitch, clearance and radius; and how
 # far a step may lead along, across (mm) and in turn (rad).
 PRIOR_MEAN = np.array([0.65, 0.0, 6.2], np.float32)
-_TRUST = np.array([5.0, 5.0, 0.4, 0.35, 14.0, 0.8], np.float32) ** -2
-PRIOR_TRUST = _TRUST[3:]
+PRIOR_TRUST = np.array([5.0, 5.0, 0.4, 0.35, 14.0, 0.8], np.float32) ** -2
 # How far one step may go at all: the bank's slopes hold only nearby.
 _STRIDE = np.array([6.0, 6.0, 0.4, 0.3, 15.0, 2.0], np.float32)
-_LEAST = np.array([0.0, -4.0, 3.2], np.float32)
-_MOST = np.array([1.35, 45.0, 9.5], np.float32)
+_LEAST = np.array([-np.inf, -np.inf, -np.inf, 0.0, -4.0, 3.2], np.float32)
+_MOST = np.array([np.inf, np.inf, np.inf, 1.35, 45.0, 9.5], np.float32)
+LIVE_TRUST = np.float32(6.0**-2)  # in a clearance of 0 where a touch was before: it is likely to go on
+_LIFTED_MM = np.float32(8.0)  # the prior on the clearance fades with what is seen to be higher
 _PINNED = np.float32(1e6)  # trust in a clearance that is known
 # Neighbouring samples share their noise, so that they tell less than their number: 1 / 2.5².
 _INDEPENDENT = np.float32(0.16)
 # Residuals beyond so many standard deviations count less. What rises beside a finger belongs to others.
 _DOUBTFUL, _DOUBTFUL_BESIDE = np.float32(5.0), np.float32(2.0)
 _READABLE = 220  # of 255: a sample needs readings all around
+_DIAGONAL = np.arange(UNKNOWNS)
 
 
 @dataclass(slots=True)
 class Tips:
     """Fingertips under way, N of them, float32.
 
-    ``centres_px`` (N, 2): where in the picture the ball's centre is seen. ``angle`` (N,): of the way back along the
-    finger, in the surface's frame (:class:`Lay`). ``shape`` (N, 3): pitch in rad, clearance and radius in mm.
-    ``shown`` (N,) bool: whether the picture showed it; if not, a touch was only expected there. ``likely`` (N, 3) and
-    ``trust`` (N, 3): the shape that it should have, and one over the variance of that.
+    ``state`` (N, 6): where in the picture the ball's centre is seen (u, v in px), the angle of the way back along the
+    finger in the surface's frame (:class:`Lay`), pitch in rad, clearance and radius in mm. ``shown`` (N,) bool: whether
+    the picture showed it; if not, a touch was only expected there. ``likely`` (N, 6): what the state should be, and
+    ``trust`` (N, 6): one over the variance of that; the first two of them bound how far a step leads.
     """
 
-    centres_px: Floats
-    angle: Floats
-    shape: Floats
+    state: Floats
     shown: Mask
     likely: Floats
     trust: Floats
 
     def at(self, which: list[int]) -> "Tips":
         """Return some of them, to be moved on their own."""
-        return Tips(
-            self.centres_px[which],
-            self.angle[which],
-            self.shape[which],
-            self.shown[which],
-            self.likely[which],
-            self.trust[which],
-        )
+        return Tips(self.state[which], self.shown[which], self.likely[which], self.trust[which])
+
+
+@dataclass(frozen=True, slots=True)
+class Bed:
+    """What the fit of N tips needs to know of where they are.
+
+    ``lay``: how the surface lies there; ``first`` the index of the first template for the size of its pixels;
+    ``places_mm`` (N, 2, S): where the samples lie along and across; ``core`` (N, S): which are on the finger's middle.
+    """
+
+    lay: Lay
+    first: list[int]
+    places_mm: Floats
+    core: Mask
+
+    def at(self, which: list[int]) -> "Bed":
+        """Return it for some of the tips."""
+        return Bed(self.lay.at(which), [self.first[i] for i in which], self.places_mm[which], self.core[which])
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,118 +89,129 @@ class Quality:
         return Quality(self.misfit[which], self.core[which], self.seen[which])
 
 
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """What a fit looks at: heights (H, W) in mm, float32, and 255 where they are readings, 0 elsewhere."""
+
+    heights_mm: Floats
+    readings: Bytes
+
+
 class Fitter:
     """Fits tips to heights, with the templates of one surface."""
 
     def __init__(self, bank: PatchBank) -> None:
         self._bank = bank
-        self._scales = _Grid(bank.scales_mm)
-        self._pitches, self._clearances, self._radii = _Grid(PITCHES_RAD), _Grid(CLEARANCES_MM), _Grid(RADII_MM)
+        self._scales, self._radii, self._pitches, self._clearances = (
+            _between(values) for values in (bank.scales_mm.tolist(), RADII_MM, PITCHES_RAD, CLEARANCES_MM)
+        )
 
-    def fit(
-        self, tips: Tips, lay: Lay, heights: Floats, readings: Bytes, owned: Floats, rounds: int, pinned: bool
-    ) -> Quality:
-        """Move tips to where the heights (H, W) and readings (H, W) say; return how well they fit.
+    def bed(self, lay: Lay) -> Bed:
+        """Return what fits need to know of places."""
+        scale = [bisect(self._scales, mm) for mm in lay.pixel_mm.tolist()]
+        of_scale = len(RADII_MM) * len(PITCHES_RAD) * len(CLEARANCES_MM)
+        return Bed(lay, [of_scale * k for k in scale], self._bank.places_mm[scale], self._bank.core[scale])
 
-        ``owned`` (N, S): weights of the samples. With ``pinned`` the clearance stays at 0.
-        """
-        scale = self._scales.nearest(lay.pixel_mm)
-        along, across = self.places(lay)
-        core = self._bank.core[scale]
-        started = tips.angle.copy()
-        trust = np.empty((len(started), UNKNOWNS), np.float32)
-        trust[:, :3], trust[:, 3:] = _TRUST[:3], tips.trust
-        if pinned:
-            trust[:, 4] = _PINNED
+    def fit(self, tips: Tips, bed: Bed, picture: Picture, owned: Floats, rounds: int) -> Quality:
+        """Move tips to where the picture says; return how well they fit. ``owned`` (N, S): weights of the samples."""
         known = residual = owned
-        for _ in range(rounds):
-            model, slopes, weight = self._templates(scale, tips.shape)
-            axes = _axes(tips.angle, lay)
-            u = tips.centres_px[:, :1] + axes[:, 0, :1] * along + axes[:, 0, 1:] * across
-            v = tips.centres_px[:, 1:] + axes[:, 1, :1] * along + axes[:, 1, 1:] * across
-            seen = as_floats(cv2.remap(heights, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
-            read = cv2.remap(readings, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
-            known = np.where(read > _READABLE, owned, np.float32(0.0))
-            residual = (seen - model) * weight
-            step = _step(slopes, residual, known, core, tips, started, trust)
-            tips.centres_px += np.matmul(axes, step[:, :2, None])[..., 0]
-            tips.angle += step[:, 2]
-            tips.shape = np.minimum(np.maximum(tips.shape + step[:, 3:], _LEAST), _MOST)
-        return _quality(residual, known, core)
-
-    def places(self, lay: Lay) -> tuple[Floats, Floats]:
-        """Return where the samples of each tip lie, along and across its finger in mm, (N, S) each."""
-        scale = self._scales.nearest(lay.pixel_mm)
-        return self._bank.along_mm[scale], self._bank.across_mm[scale]
+        for turn in range(rounds):
+            at = self._nearest(bed.first, tips.state.tolist())
+            rows = self._bank.templates[at]
+            axes = _axes(tips.state[:, ANGLE].tolist(), bed.lay)
+            places = np.matmul(axes, bed.places_mm)
+            places += tips.state[:, :2, None]
+            u, v = places[:, 0], places[:, 1]
+            if turn == 0:
+                read = cv2.remap(picture.readings, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
+                known = owned * np.greater(read, _READABLE)
+            seen = as_floats(cv2.remap(picture.heights_mm, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+            off = tips.state[:, None, PITCH:] - self._bank.middles[at][:, None]
+            residual = seen * rows[:, 1] - rows[:, 0] - np.matmul(off, rows[:, 5:])[:, 0]
+            rows[:, 1] = residual
+            _move(tips, axes, _step(tips, rows[:, 1:], _counted(residual, known, bed.core)))
+        return _quality(residual, known, bed.core)
 
     def reach_mm(self, pixel_mm: float, level_mm: float) -> float:
         """Return where along a typical touching finger its heights pass a level, from the ball's centre."""
-        scale = self._scales.nearest(np.array([pixel_mm], np.float32))
-        heights, _, _ = self._templates(scale, np.array([[0.6, 0.0, 6.4]], np.float32))
-        middle = self._bank.across_mm[scale[0]] == 0.0
-        return float(np.interp(level_mm, heights[0, middle], self._bank.along_mm[scale[0], middle]))
+        scale = bisect(self._scales, pixel_mm)
+        at = self._nearest([scale * len(RADII_MM) * len(PITCHES_RAD) * len(CLEARANCES_MM)], [[0, 0, 0, 0.6, 0.0, 6.4]])
+        rows = self._bank.templates[at][0]
+        off = np.array([0.6, 0.0, 6.4], np.float32) - self._bank.middles[at][0]
+        heights = (rows[0] + off @ rows[5:]) / rows[1]
+        along, across = self._bank.places_mm[scale]
+        return float(np.interp(level_mm, heights[across == 0.0], along[across == 0.0]))
 
-    def _templates(self, scale: NDArray[np.intp], shape: Floats) -> tuple[Floats, Floats, Floats]:
-        """Return heights (N, S), weighed slopes (N, 6, S) and weights (N, S) for shapes: the nearest, moved there."""
-        pitch, clearance, radius = (
-            grid.nearest(shape[:, i]) for i, grid in enumerate((self._pitches, self._clearances, self._radii))
-        )
-        at = ((scale * len(RADII_MM) + radius) * len(PITCHES_RAD) + pitch) * len(CLEARANCES_MM) + clearance
-        off = np.empty((len(at), 1, 3), np.float32)
-        off[:, 0, 0] = shape[:, 0] - self._pitches.values[pitch]
-        off[:, 0, 1] = shape[:, 1] - self._clearances.values[clearance]
-        off[:, 0, 2] = shape[:, 2] - self._radii.values[radius]
-        slopes, weight = self._bank.slopes[at], self._bank.weights[at]
-        moved = np.matmul(off, slopes[:, 3:])[:, 0]
-        return self._bank.heights_mm[at] + moved / weight, slopes, weight
-
-
-class _Grid:
-    """Values of which the nearest is looked up."""
-
-    def __init__(self, values: Floats | tuple[float, ...]) -> None:
-        self.values: Floats = np.asarray(values, np.float32)
-        self._edges = (self.values[1:] + self.values[:-1]) / 2
-
-    def nearest(self, wanted: Floats) -> NDArray[np.intp]:
-        return np.asarray(np.searchsorted(self._edges, wanted), np.intp)
+    def _nearest(self, first: list[int], states: list[list[float]]) -> list[int]:
+        """Return the index of the template that is nearest to each state."""
+        pitches, clearances, radii = self._pitches, self._clearances, self._radii
+        return [
+            begin
+            + (bisect(radii, radius) * len(PITCHES_RAD) + bisect(pitches, pitch)) * len(CLEARANCES_MM)
+            + bisect(clearances, clearance)
+            for begin, (_, _, _, pitch, clearance, radius) in zip(first, states, strict=True)
+        ]
 
 
-def _axes(angle: Floats, lay: Lay) -> Floats:
+def pinned(tips: Tips) -> Tips:
+    """Return tips at rest on the surface, of which the clearance is known to be 0."""
+    state, likely, trust = tips.state.copy(), tips.likely.copy(), tips.trust.copy()
+    state[:, CLEARANCE] = likely[:, CLEARANCE] = 0.0
+    trust[:, CLEARANCE] = _PINNED
+    return Tips(state, tips.shown, likely, trust)
+
+
+def _between(values: tuple[float, ...] | list[float]) -> list[float]:
+    """Return the limits between values of which the nearest is looked up."""
+    return [(a + b) / 2 for a, b in pairwise(values)]
+
+
+def _axes(angles: list[float], lay: Lay) -> Floats:
     """Return (N, 2, 2) how far a mm along and across the finger leads in the picture, as columns."""
-    turn = np.empty((len(angle), 2, 2), np.float32)
-    turn[:, 0, 0] = turn[:, 1, 1] = np.cos(angle)
-    turn[:, 1, 0] = np.sin(angle)
-    turn[:, 0, 1] = -turn[:, 1, 0]
-    axes: Floats = np.matmul(lay.px_per_mm, turn)
+    turned = [((cos(angle), -sin(angle)), (sin(angle), cos(angle))) for angle in angles]
+    axes: Floats = np.matmul(lay.px_per_mm, np.array(turned, np.float32))
     return axes
 
 
-def _step(
-    slopes: Floats, residual: Floats, known: Floats, core: Mask, tips: Tips, started: Floats, trust: Floats
-) -> Floats:
-    """Return the step (N, 6) to the least sum of weighed squared residuals and of distances from what is known.
+def _counted(residual: Floats, known: Floats, core: Mask) -> Floats:
+    """Return how much each sample (N, S) counts.
 
     Residuals r count as r²/(1 + (r/limit)²) does near its end, which outliers hardly move.
     """
     limit = np.where((residual < 0.0) | core, _DOUBTFUL, _DOUBTFUL_BESIDE)
     doubt = residual / limit
-    weighed = slopes * (_INDEPENDENT * known / (1.0 + doubt * doubt))[:, None]
-    hessian = np.matmul(weighed, slopes.transpose(0, 2, 1))
-    gradient = np.matmul(weighed, residual[:, :, None])[..., 0]
-    hessian[:, range(UNKNOWNS), range(UNKNOWNS)] += trust
-    gradient[:, 2] += trust[:, 2] * (started - tips.angle)
-    gradient[:, 3:] += trust[:, 3:] * (tips.likely - tips.shape)
-    step = np.linalg.solve(hessian, gradient[..., None])[..., 0]
+    counted: Floats = _INDEPENDENT * known / (1.0 + doubt * doubt)
+    return counted
+
+
+def _step(tips: Tips, rows: Floats, counted: Floats) -> Floats:
+    """Return the step (N, 6) to the least sum of weighed squared residuals and of distances from what is known.
+
+    ``rows`` (N, 7, S): the residuals, and the weighed slopes of the unknowns.
+    """
+    products = np.matmul(rows * counted[:, None], rows.transpose(0, 2, 1))
+    hessian, gradient = products[:, 1:, 1:], products[:, 1:, 0]
+    trust = tips.trust.copy()
+    trust[:, CLEARANCE] /= 1.0 + np.square(tips.state[:, CLEARANCE] / _LIFTED_MM)
+    hessian[:, _DIAGONAL, _DIAGONAL] += trust
+    pull = trust * (tips.likely - tips.state)
+    pull[:, :2] = 0.0
+    step = np.linalg.solve(hessian, (gradient + pull)[..., None])[..., 0]
     bounded: Floats = np.minimum(np.maximum(step, -_STRIDE), _STRIDE)
     return bounded
 
 
+def _move(tips: Tips, axes: Floats, step: Floats) -> None:
+    step[:, :2] = (axes @ step[:, :2, None])[..., 0]
+    tips.state += step
+    np.maximum(tips.state, _LEAST, out=tips.state)
+    np.minimum(tips.state, _MOST, out=tips.state)
+
+
 def _quality(residual: Floats, known: Floats, core: Mask) -> Quality:
     size = np.abs(residual)
-    count = np.einsum("ns->n", known)
+    count = known.sum(axis=1)
     inner = known * core
     misfit = np.einsum("ns,ns->n", known, np.minimum(size, 3.0) ** 2) / np.maximum(count, 1e-3)
-    inner_misfit = np.einsum("ns,ns->n", inner, np.minimum(size, 8.0) ** 2)
-    inner_misfit /= np.maximum(np.einsum("ns->n", inner), 1e-3)
+    inner_misfit = np.einsum("ns,ns->n", inner, np.minimum(size, 8.0) ** 2) / np.maximum(inner.sum(axis=1), 1e-3)
     return Quality(np.sqrt(misfit), np.sqrt(inner_misfit), count / np.float32(known.shape[1]))

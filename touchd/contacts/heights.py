@@ -98,29 +98,34 @@ class Heights:
         sure = known & surface.valid & (cosine > _LEAST_COSINE) & (step < _COARSEST_MM)
         self.sure = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_HOLE_PX, _HOLE_PX))) > 0
 
-    def raw_at(self, height_mm: Floats | float) -> tuple[Image16, Image16]:
-        """Return the least and the greatest reading (H, W) of what stands at least so high over each pixel."""
+    def between(self, low_mm: float, high_mm: float) -> tuple[Image16, Image16]:
+        """Return the least and the greatest reading (H, W) of what stands so high over each pixel.
+
+        Where nothing can be told the least is above the greatest.
+        """
+        least, most = self._readable
+        nearest, farthest = (np.where(self.usable, self._reading_at(mm), np.nan) for mm in (high_mm, low_mm))
+        known = farthest > least
+        # What would be nearer than the sensor reads is not there.
+        first = np.where(known, np.fmax(np.floor(nearest) + 1.0, least), most)
+        return first.astype(np.uint16), np.where(known, np.floor(farthest), 0.0).astype(np.uint16)
+
+    def _reading_at(self, height_mm: float) -> Doubles:
         sensor = self._surface.sensor
-        raw = raw_of_depth(sensor, self._z_mm - height_mm / self._facing)
         # The surface may read a little off its smoothed depth.
         off = self._reference - raw_of_depth(sensor, self._z_mm)
-        high = np.floor(np.where(self.usable, raw + off, 0.0))
-        fit = np.isfinite(high) & (high > self._readable[0])
-        top = np.where(fit, high, 0.0).astype(np.uint16)
-        return np.where(fit, np.uint16(self._readable[0]), np.uint16(65535)), top
+        return raw_of_depth(sensor, self._z_mm - height_mm / self._facing) + off
 
     def over(self, raw: Image16, box: Box) -> tuple[Floats, Bytes]:
         """Return the heights in mm within a box, float32, and as uint8 (255 or 0) which of them are readings."""
         seen = raw[box.window]
         readings = cv2.inRange(seen, *self._readable)
         nearer = cv2.subtract(self._reference[box.window], seen, dtype=cv2.CV_32F)
-        heights = cv2.multiply(nearer, self._gain[box.window])
-        # In one pass each; numpy's clip takes three times as long.
-        cv2.threshold(heights, _HIGH_MM, 0.0, cv2.THRESH_TRUNC, dst=heights)
-        np.maximum(heights, _LOW_MM, out=heights)
+        heights = as_floats(cv2.multiply(nearer, self._gain[box.window], dst=nearer))
+        np.clip(heights, _LOW_MM, _HIGH_MM, out=heights)
         if not self._invalid_is_far:
             np.copyto(heights, _LOW_MM, where=readings == 0)
-        return as_floats(heights), as_bytes(readings)
+        return heights, as_bytes(readings)
 
     def lay(self, pixels: Floats) -> Lay:
         """Return how the surface lies under pixels (N, 2)."""

@@ -1,9 +1,10 @@
 """Fingertips side by side: which are the same one, and which samples belong to which."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from touchd.contacts.fit import Tips
-from touchd.contacts.heights import Lay
+from touchd.contacts.fit import ANGLE, Bed, Tips
 from touchd.model import Floats
 
 _NEAR_MM = 50.0
@@ -22,28 +23,33 @@ def distinct(points_px: Floats, rank: Floats, apart_px: float) -> list[int]:
     return kept
 
 
-def owned_samples(tips: Tips, lay: Lay, places_mm: tuple[Floats, Floats]) -> Floats:
-    """Return 1 for the samples (N, S) that are nearer to their own finger's axis than to any other's, else 0.
-
-    ``places_mm``: where the samples lie along and across their finger, (N, S) each.
-    """
-    along, across = places_mm
+def owned_samples(tips: Tips, bed: Bed) -> Floats:
+    """Return 1 for the samples (N, S) that are nearer to their own finger's axis than to any other's, else 0."""
+    along, across = bed.places_mm[:, 0], bed.places_mm[:, 1]
     owned = np.ones(along.shape, np.float32)
-    apart_px = tips.centres_px[:, None] - tips.centres_px[None]
-    near = np.hypot(apart_px[..., 0], apart_px[..., 1]) * lay.pixel_mm[:, None] < _NEAR_MM
-    np.fill_diagonal(near, val=False)
-    one, other = np.nonzero(near)
-    if not len(one):
+    pairs = list(_pairs(tips.state[:, :2].tolist(), bed.lay.pixel_mm.tolist()))
+    if not pairs:
         return owned
-    offset = np.linalg.solve(lay.px_per_mm[one], -apart_px[one, other][..., None])[..., 0]
-    cos, sin = np.cos(tips.angle)[:, None], np.sin(tips.angle)[:, None]
+    one, other = (list(column) for column in zip(*pairs, strict=True))
+    apart_px = tips.state[other, :2] - tips.state[one, :2]
+    offset = np.linalg.solve(bed.lay.px_per_mm[one], apart_px[..., None])[..., 0]
+    cos, sin = np.cos(tips.state[:, ANGLE, None]), np.sin(tips.state[:, ANGLE, None])
     x = along[one] * cos[one] - across[one] * sin[one] - offset[:, :1]
     y = along[one] * sin[one] + across[one] * cos[one] - offset[:, 1:]
     theirs = _from_axis(x * cos[other] + y * sin[other], y * cos[other] - x * sin[other])
     lost = theirs < _from_axis(along, across)[one]
-    for pair, tip in enumerate(one.tolist()):
+    for pair, tip in enumerate(one):
         owned[tip][lost[pair]] = 0.0
     return owned
+
+
+def _pairs(places: list[list[float]], pixel_mm: list[float]) -> Iterator[tuple[int, int]]:
+    """Yield which places (in px) have which others near them."""
+    for one, (u, v) in enumerate(places):
+        near = (_NEAR_MM / pixel_mm[one]) ** 2
+        for other, (x, y) in enumerate(places):
+            if other != one and (u - x) ** 2 + (v - y) ** 2 < near:
+                yield one, other
 
 
 def _from_axis(along_mm: Floats, across_mm: Floats) -> Floats:

@@ -43,21 +43,20 @@ _CORE_MM = 5.5
 
 @dataclass(frozen=True, slots=True)
 class PatchBank:
-    """Templates over a grid of S places around the tip; all arrays are float32.
+    """Templates over a grid of S places around the tip, T of them; all arrays are float32.
 
-    ``scales_mm`` (K,): sizes of a pixel on the surface. ``along_mm``, ``across_mm`` (K, S): the places, along growing
-    towards the hand; ``core`` (K, S) bool: those on the finger's middle. ``heights_mm`` (K·R·P·C, S); ``weights``
-    (K·R·P·C, S): one over what a sample may differ, in mm; ``slopes`` (K·R·P·C, 6, S): change of the heights per unit
-    of each unknown, times the weight.
+    ``scales_mm`` (K,): sizes of a pixel on the surface. ``places_mm`` (K, 2, S): the places along and across the
+    finger, along growing towards the hand; ``core`` (K, S) bool: those on the finger's middle. ``templates``
+    (T, 8, S): of each place its height times its weight, the weight (one over what a sample may differ, in mm), and
+    how the height changes per unit of each of the six unknowns, times the weight. ``middles`` (T, 3): pitch, clearance
+    and radius of each template. Templates are in the order of scale, radius, pitch and clearance.
     """
 
     scales_mm: Floats
-    along_mm: Floats
-    across_mm: Floats
-    heights_mm: Floats
-    slopes: Floats
-    weights: Floats
+    places_mm: Floats
     core: Mask
+    templates: Floats
+    middles: Floats
 
 
 def make_bank(sensor: Sensor, scales_mm: Floats, steps_mm: Floats) -> PatchBank:
@@ -65,17 +64,16 @@ def make_bank(sensor: Sensor, scales_mm: Floats, steps_mm: Floats) -> PatchBank:
     window_px = 2 * round(sensor.fatten_px) + 1
     parts = [_of_one_scale(float(m), float(step), window_px) for m, step in zip(scales_mm, steps_mm, strict=True)]
     along, across, heights, slopes, noise = (np.stack(list(column)) for column in zip(*parts, strict=True))
-    places = along.shape[1]
-    weights = (1.0 / noise.reshape(-1, places)).astype(np.float32)
-    weighed = np.moveaxis(slopes.reshape(-1, places, UNKNOWNS), 2, 1) * weights[:, None]
+    weights = 1.0 / noise.reshape(-1, 1, along.shape[1])
+    rows = [np.ones_like(weights), np.moveaxis(slopes.reshape(-1, along.shape[1], UNKNOWNS), 2, 1)]
+    templates = np.concatenate([heights.reshape(weights.shape), *rows], axis=1) * weights
+    shapes = [(pitch, clearance, radius) for radius, pitch, clearance in product(RADII_MM, PITCHES_RAD, CLEARANCES_MM)]
     return PatchBank(
         scales_mm=frozen_array(np.asarray(scales_mm, np.float32)),
-        along_mm=frozen_array(along.astype(np.float32)),
-        across_mm=frozen_array(across.astype(np.float32)),
-        heights_mm=frozen_array(np.ascontiguousarray(heights.reshape(-1, places), np.float32)),
-        slopes=frozen_array(np.ascontiguousarray(weighed, np.float32)),
-        weights=frozen_array(weights),
+        places_mm=frozen_array(np.stack([along, across], 1).astype(np.float32)),
         core=frozen_array(np.abs(across) < _CORE_MM),
+        templates=frozen_array(np.ascontiguousarray(templates, np.float32)),
+        middles=frozen_array(np.tile(np.array(shapes, np.float32), (len(parts), 1))),
     )
 
 

@@ -8,9 +8,11 @@ from touchd.contacts.heights import Box, Heights
 from touchd.model import Floats, Image16, Mask
 
 _THING_MM, _THING_STEPS = 5.0, 0.5
+_TOO_HIGH_MM, _TOO_HIGH_STEPS = 70.0, 2.0  # for a fingertip near the surface; a forearm often is, all of it
 _HAND_MM = 28.0  # a hand rises this high somewhere
 _BORDER_MM = 15.0  # and at least this high where it is cut off by the border of what is looked at
-_SOLID = np.ones((3, 3), np.uint8)  # what noise alone never fills
+_EVERY_ROWS = 2  # of so many is one looked at: reading the picture costs more than all that is done with it
+_SOLID = np.ones((2, 3), np.uint8)  # in such rows; what noise alone never fills
 _AROUND_PX = 12
 
 
@@ -22,24 +24,33 @@ class Things:
         self.box = _bounds(heights.usable)
         self._levels_mm = levels_mm
         self._border_mm = _BORDER_MM + step_mm
-        low, high = heights.raw_at(_THING_MM + _THING_STEPS * step_mm)
-        self._low, self._high = np.ascontiguousarray(low[self.box.window]), np.ascontiguousarray(high[self.box.window])
+        self._rows = slice(self.box.top, self.box.bottom, _EVERY_ROWS)
+        self._columns = slice(self.box.left, self.box.right)
+        self._low, self._high = (
+            np.ascontiguousarray(bound[self._rows, self._columns])
+            for bound in heights.between(_THING_MM + _THING_STEPS * step_mm, _TOO_HIGH_MM + _TOO_HIGH_STEPS * step_mm)
+        )
         self._above, self._solid = (np.empty(self._low.shape, np.uint8) for _ in range(2))
 
     def busy(self, raw: Image16) -> Box | None:
-        """Return a box around all that stands above the surface in a picture, None where nothing does."""
+        """Return a box around all that may hold a fingertip in a picture: what stands above the surface, not too high.
+
+        None where nothing does.
+        """
         if not self._above.size:
             return None
-        above = cv2.inRange(raw[self.box.window], self._low, self._high, dst=self._above)
-        solid = cv2.erode(above, _SOLID, dst=self._solid)
+        above = cv2.inRange(raw[self._rows, self._columns], self._low, self._high, dst=self._above)
+        solid = cv2.erode(above, _SOLID, dst=self._solid, borderType=cv2.BORDER_CONSTANT, borderValue=0)
         left, top, width, height = cv2.boundingRect(solid)
         if width == 0:
             return None
+        # A solid place stands for its row, the one before it, and what was not looked at beside those.
+        above_px, below_px = _EVERY_ROWS * (top - 2), _EVERY_ROWS * (top + height)
         return Box(
             max(self.box.left + left - _AROUND_PX, self.box.left),
-            max(self.box.top + top - _AROUND_PX, self.box.top),
+            max(self.box.top + above_px - _AROUND_PX, self.box.top),
             min(self.box.left + left + width + _AROUND_PX, self.box.right),
-            min(self.box.top + top + height + _AROUND_PX, self.box.bottom),
+            min(self.box.top + below_px + _AROUND_PX, self.box.bottom),
         )
 
     def outlines(self, heights: Floats, smooth: Floats, box: Box) -> list[Outline]:
@@ -58,14 +69,14 @@ class Things:
     def _is_hand(self, bounds: tuple[int, int, int, int] | cv2.typing.Rect, heights: Floats, box: Box) -> bool:
         """Return whether a thing rises like a hand; one that is cut off at the border may hide where it does."""
         left, top, width, height = bounds
-        tallest_mm = float(heights[top : top + height, left : left + width].max())
         cut_off = (
             left + box.left <= self.box.left + 1
             or top + box.top <= self.box.top + 1
             or left + width + box.left >= self.box.right - 1
             or top + height + box.top >= self.box.bottom - 1
         )
-        return tallest_mm >= (self._border_mm if cut_off else _HAND_MM)
+        needed_mm = self._border_mm if cut_off else _HAND_MM
+        return bool(heights[top : top + height, left : left + width].max() >= needed_mm)
 
 
 def _bounds(usable: Mask) -> Box:
