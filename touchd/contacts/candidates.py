@@ -72,7 +72,8 @@ def find_ends(outlines: Sequence[Outline], heights: Floats | Image16, walk: Walk
     if not kept:
         nowhere = np.zeros((0, 2), np.float32)
         return Ends(nowhere, nowhere, nowhere[:, 0], np.zeros(0, np.intp))
-    track = _Track.along(kept, max(walk.reaches) + _SMOOTH_POINTS)
+    # Enough for the longest reach, and for what is compared beyond it.
+    track = _Track.along(kept, max(walk.reaches) * 3 // 2 + _SMOOTH_POINTS // 2)
     ends, ends_back, ends_rank = _ends(track, walk.reaches)
     dips, dips_back = _dips(track, heights, walk)
     at = np.concatenate((ends, dips))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 # A touch begins below the first and ends above the second, each grown by so many raw steps.
 _ON_MM, _ON_STEPS = 3.2, 1.2
 _OFF_MM, _OFF_STEPS = 3.0, 2.2
+_HIDDEN_KEEPS = 2.0  # times what a hidden tip may be lower than it reads: such a reading is unsteady, too
 # A fine sensor sees steep fingers, but not their tips, which makes their clearance read too high: by so many mm for
 # each rad beyond a pitch, less and less up to a coarser step. To a coarse sensor, what looks upright is no finger.
 _STEEP_RAD, _STEEP_MM, _STEEP_UP_TO_STEP = 1.1, 18.0, 3.0
@@ -50,7 +51,7 @@ def verdict(fit: Fit, step_mm: float) -> Verdict:
         return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, lifted=False)
     hidden_mm = _STEEP_MM * max(0.0, _STEEP_UP_TO_STEP - step_mm) * max(0.0, fit.pitch_rad - _STEEP_RAD)
     clearance_mm, doubt_mm = fit.clearance_mm - hidden_mm, _doubt_mm(fit, step_mm)
-    off_mm = _OFF_MM + _OFF_STEPS * step_mm
+    off_mm = _OFF_MM + _OFF_STEPS * step_mm + _HIDDEN_KEEPS * hidden_mm
     return Verdict(
         clearance_mm,
         low=fit.seen > _SEEN_WELL and clearance_mm + doubt_mm < _ON_MM + _ON_STEPS * step_mm,

@@ -1,7 +1,8 @@
 """Finding fingertips: places along outlines, a model of a fingertip fitted to each, and its clearance to decide."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import cv2
@@ -9,40 +10,36 @@ import numpy as np
 
 from touchd.contacts.candidates import Walk, find_ends
 from touchd.contacts.decide import Fit, verdict
-from touchd.contacts.fit import ANGLE, CLEARANCE, LIVE_TRUST, PITCH, RADIUS, Fitter, Picture, Quality, Tips, pinned
-from touchd.contacts.heights import Box, Heights, as_floats
+from touchd.contacts.fit import Fitter, Picture, Quality
+from touchd.contacts.heights import Heights, as_floats
 from touchd.contacts.memory import Memory
 from touchd.contacts.method import Expected, Place, Sighting
-from touchd.contacts.neighbours import distinct, owned_samples
+from touchd.contacts.neighbours import close, distinct, owned_samples
 from touchd.contacts.patch import PatchBank, make_bank
-from touchd.contacts.starts import Guesses, Starts
+from touchd.contacts.starts import Starts
 from touchd.contacts.things import Things
-from touchd.model import Contact, Floats, Image16, Mask
+from touchd.contacts.tips import Tip
+from touchd.model import Contact, Floats, Image16
 
 # Outlines are drawn at two heights, each grown by so many raw steps.
 _LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
 _SAME_TIP_MM = 10.0  # no two fingertips are nearer
 _AGAIN_MM = 25.0  # so near to where it was in the last picture a doubtful fingertip is the same one
-_FREE_ROUNDS, _SETTLING_ROUNDS, _PINNED_ROUNDS = 2, 2, 2
-_SHOWN_RANK = np.float32(100.0)  # a tip that the picture shows goes before one that was only expected
+_FREE_ROUNDS, _SETTLING_ROUNDS, _PINNED_ROUNDS = 2, 1, 1
+_SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
-_SCALE_SAMPLES = 5000
 
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The fingertips near the surface in one picture, touching or not, N of them.
+    """The fingertips near the surface in one picture, touching or not.
 
-    ``feet_px`` (N, 2): where the surface under the ball's centre is seen. ``back_px`` (N, 2): how far a mm back along
-    the finger leads in the picture. ``shape`` (N, 3): pitch in rad, clearance and radius in mm. ``shown`` (N,) bool:
-    false where a touch was expected, and so looked for, without a sign of its own.
+    ``tips``: as they were fitted freely; ``resting``: the same, fitted as if they touched, which tells where better.
     """
 
-    feet_px: Floats
-    back_px: Floats
-    shape: Floats
+    tips: list[Tip]
+    resting: list[Tip]
     quality: Quality
-    shown: Mask
 
 
 class FingertipMethod:
@@ -51,18 +48,18 @@ class FingertipMethod:
     def __init__(self, place: Place) -> None:
         self._place = place
         self._heights = Heights(place.surface, place.surface_map, place.inside)
-        middle = self._heights.lay(_middle_of(self._heights.usable))
-        pixel_mm, step_mm = float(middle.pixel_mm[0]), float(middle.step_mm[0])
+        sizes_mm = self._heights.sizes_mm()
+        pixel_mm, step_mm = (float(np.median(sizes)) if sizes.size else 1.0 for sizes in sizes_mm)
         levels_mm = tuple(mm + steps * step_mm for mm, steps in zip(_LEVELS_MM, _LEVELS_STEPS, strict=True))
-        self._step_mm, self._pixel_mm = step_mm, pixel_mm
+        self._step_mm = step_mm
         self._same_tip_px, self._again_px = _SAME_TIP_MM / pixel_mm, _AGAIN_MM / pixel_mm
         self._memory = Memory()
         self._low_px: list[tuple[float, float]] = []  # where the last picture showed fingertips as low as touching ones
         self._things = Things(self._heights, levels_mm, step_mm)
-        self._fitter = Fitter(_bank_for(self._heights, place))
+        self._fitter = Fitter(_bank_for(sizes_mm, place))
         self._walk = _walk_for(pixel_mm, place.surface.sensor.fatten_px)
-        ahead_mm = [self._fitter.reach_mm(pixel_mm, level) for level in levels_mm]
-        self._starts = Starts(self._heights, place, np.array(ahead_mm, np.float32) / np.float32(pixel_mm), pixel_mm)
+        ahead_px = [self._fitter.reach_mm(pixel_mm, level) / pixel_mm for level in levels_mm]
+        self._starts = Starts(self._heights, place, ahead_px, pixel_mm)
 
     def find(self, raw: Image16, expected: Sequence[Expected]) -> Sighting:
         """Return the touching fingertips in one picture (H, W) uint16, and where others hover."""
@@ -70,7 +67,7 @@ class FingertipMethod:
         found = self.look(raw, expected)
         before_px, self._low_px = self._low_px, []
         if found is not None:
-            for i in range(len(found.shape)):
+            for i in range(len(found.tips)):
                 self._judge(found, i, before_px, sighting)
         return sighting
 
@@ -84,50 +81,45 @@ class FingertipMethod:
         smooth = as_floats(cv2.blur(heights, (3, 3)))
         ends = find_ends(self._things.outlines(heights, smooth, box), smooth, self._walk)
         guesses = self._starts.guesses(ends, expected, smooth, box, self._same_tip_px)
-        if guesses is None:
+        if not guesses:
             return None
-        return self._fitted(guesses, Picture(heights, readings), box)
+        return self._fitted([self._memory.begin(guess) for guess in guesses], Picture(heights, readings, box))
 
-    def _fitted(self, guesses: Guesses, picture: Picture, box: Box) -> Found:
+    def _fitted(self, tips: list[Tip], picture: Picture) -> Found:
         """Fit freely, drop what became the same tip, share the samples, and fit again; then with the tip pinned down.
 
         The clearance decides on touching, so it must be free; the place is surer with the clearance known.
         """
         fitter = self._fitter
-        corner = np.array([box.left, box.top, 0.0, 0.0, 0.0, 0.0], np.float32)
-        start, likely, trust = self._memory.recall(guesses.state + corner, self._pixel_mm)
-        trust[guesses.live, CLEARANCE] = LIVE_TRUST
-        tips, bed = Tips(start - corner, guesses.shown, likely, trust), fitter.bed(guesses.lay)
-        quality = fitter.fit(tips, bed, picture, np.ones(bed.core.shape, np.float32), _FREE_ROUNDS)
-        kept = self._different(tips, quality)
-        tips, bed = tips.at(kept), bed.at(kept)
-        owned = owned_samples(tips, bed)
-        quality = fitter.fit(tips, bed, picture, owned, _SETTLING_ROUNDS)
-        self._memory.keep(guesses.state[kept] + corner, tips.state + corner)
-        resting = pinned(tips)
-        fitter.fit(resting, bed, picture, owned, _PINNED_ROUNDS)
-        kept = self._different(resting, quality)
-        state, lay = resting.state[kept], bed.lay.at(kept)
-        back = np.stack([np.cos(state[:, ANGLE]), np.sin(state[:, ANGLE])], -1)
-        return Found(
-            feet_px=state[:, :2] + corner[:2] - lay.rise_px_per_mm * state[:, RADIUS:],
-            back_px=np.matmul(lay.px_per_mm, back[..., None])[..., 0],
-            shape=tips.state[kept, PITCH:],
-            quality=quality.at(kept),
-            shown=tips.shown[kept],
-        )
+        bed = fitter.bed(tips)
+        left = fitter.fit(tips, bed, picture, np.ones(bed.core.shape, np.float32), _FREE_ROUNDS)
+        kept = self._different(tips, left.quality)
+        if len(kept) < len(tips):
+            tips, bed = [tips[i] for i in kept], bed.at(kept)
+        owned = owned_samples(tips, bed.places)
+        quality = fitter.fit(tips, bed, picture, owned, _SETTLING_ROUNDS).quality()
+        self._memory.keep(tips)
+        resting = [copy(tip) for tip in tips]
+        fitter.pin(resting, bed, picture, owned, _PINNED_ROUNDS)
+        kept = self._different(resting, lambda: quality)
+        return Found([tips[i] for i in kept], [resting[i] for i in kept], quality.at(kept))
 
-    def _different(self, tips: Tips, quality: Quality) -> list[int]:
+    def _different(self, tips: list[Tip], quality: Callable[[], Quality]) -> list[int]:
         """Return which tips to keep of those that became the same one: the best fit that the picture itself showed."""
-        return distinct(tips.state[:, :2], tips.shown * _SHOWN_RANK - quality.misfit, self._same_tip_px)
+        places = [(tip.u, tip.v) for tip in tips]
+        if not close(places, self._same_tip_px):
+            return list(range(len(tips)))
+        misfit = quality().misfit
+        return distinct(
+            places, [tip.guess.shown * _SHOWN_RANK - misfit[i] for i, tip in enumerate(tips)], self._same_tip_px
+        )
 
     def _judge(self, found: Found, i: int, before_px: list[tuple[float, float]], sighting: Sighting) -> None:
         """Add one fingertip to what is said of the picture; ``before_px``: where one was as low in the last."""
-        pitch, clearance, radius = found.shape[i].tolist()
-        quality = found.quality
-        fit = Fit(pitch, clearance, float(quality.misfit[i]), float(quality.core[i]), float(quality.seen[i]))
+        tip, resting, quality = found.tips[i], found.resting[i], found.quality
+        fit = Fit(tip.pitch_rad, tip.clearance_mm, quality.misfit[i], quality.core[i], quality.seen[i])
         said = verdict(fit, self._step_mm)
-        (u, v), (back_u, back_v) = found.feet_px[i].tolist(), found.back_px[i].tolist()
+        u, v = resting.foot_px
         if not (said.kept or said.lifted) or not self._is_sure(u, v):
             return
         if said.low:
@@ -137,6 +129,7 @@ class FingertipMethod:
         if said.lifted:
             sighting.lifted_mm.append((x * width_mm, y * height_mm))
             return
+        back_u, back_v = tip.guess.lay.along(resting.angle)
         back_x, back_y = self.area_of(u + back_u, v + back_v)
         begins = said.sure or any(math.dist((u, v), place) < self._again_px for place in before_px)
         contact = Contact(
@@ -145,9 +138,9 @@ class FingertipMethod:
             x_mm=x * width_mm,
             y_mm=y * height_mm,
             height_mm=max(0.0, said.clearance_mm),
-            area_mm2=math.pi * radius * radius,
+            area_mm2=math.pi * tip.radius_mm**2,
             angle=_half_turn(math.atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
-            firm=said.low and begins and bool(found.shown[i]),
+            firm=said.low and begins and tip.guess.shown,
         )
         sighting.contacts.append(contact)
 
@@ -168,14 +161,6 @@ class FingertipMethod:
         return self._place.area.of_point(ray_x, ray_y, 1.0)
 
 
-def _middle_of(usable: Mask) -> Floats:
-    """Return the pixel (1, 2) in the middle of what is usable, the picture's own where nothing is."""
-    rows, columns = np.nonzero(usable)
-    if not len(rows):
-        return np.array([[usable.shape[1] / 2, usable.shape[0] / 2]], np.float32)
-    return np.array([[np.median(columns), np.median(rows)]], np.float32)
-
-
 def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:
     """Return how to look at outlines whose fingers are 13 mm thick and grown by the sensor's window."""
     width_px = 13.0 / pixel_mm + 1.5 * fatten_px
@@ -186,18 +171,14 @@ def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:
     )
 
 
-def _bank_for(heights: Heights, place: Place) -> PatchBank:
-    """Return templates for all sizes that a pixel has on the usable surface."""
-    rows, columns = np.nonzero(heights.usable)
-    if not len(rows):
-        rows, columns = (np.array([size // 2]) for size in heights.usable.shape)
-    every = max(1, len(rows) // _SCALE_SAMPLES)
-    lay = heights.lay(np.stack([columns[::every], rows[::every]], 1).astype(np.float32))
-    low, high = np.quantile(lay.pixel_mm, [0.01, 0.99]).tolist()
+def _bank_for(sizes_mm: tuple[Floats, Floats], place: Place) -> PatchBank:
+    """Return templates for all sizes that a pixel has on the usable surface, given with those of the raw steps."""
+    pixel_mm, step_mm = sizes_mm if sizes_mm[0].size else (np.ones(1, np.float32), np.ones(1, np.float32))
+    low, high = np.quantile(pixel_mm, [0.01, 0.99]).tolist()
     count = max(1, math.ceil(math.log(high / low) / math.log(_SCALE_RATIO)))
     scales = np.geomspace(low, high, 2 * count + 1)[1::2].astype(np.float32)
-    order = np.argsort(lay.pixel_mm, kind="stable")
-    steps = np.interp(scales, lay.pixel_mm[order], lay.step_mm[order]).astype(np.float32)
+    order = np.argsort(pixel_mm, kind="stable")
+    steps = np.interp(scales, pixel_mm[order], step_mm[order]).astype(np.float32)
     return make_bank(place.surface.sensor, scales, steps)
 
 

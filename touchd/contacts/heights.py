@@ -1,6 +1,7 @@
 """Heights above the surface, and what a pixel is worth on it: tables made once per surface."""
 
 from dataclasses import dataclass
+from math import atan2, cos, sin
 from typing import TypeAlias, cast
 
 import cv2
@@ -40,21 +41,31 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Lay:
-    """How the surface lies under places of the picture (N of them); float32.
+    """How the surface lies under a place of the picture, in plain numbers.
 
-    ``px_per_mm`` (N, 2, 2) takes a step in the surface's tangent plane, in mm, to pixels; ``rise_px_per_mm`` (N, 2)
-    is how far a point moves in the picture for each mm that it is raised along the normal. ``pixel_mm`` (N,) is the
-    size of a pixel on the surface, ``step_mm`` (N,) the height of a raw step.
+    A step in the surface's tangent plane, x and y in mm, leads ``u_by_x`` · x + ``u_by_y`` · y px to the right in the
+    picture, and likewise down. ``u_by_z``, ``v_by_z``: how far a point moves for each mm that it is raised along the
+    normal. ``pixel_mm`` is the size of a pixel on the surface, ``step_mm`` the height of a raw step.
     """
 
-    px_per_mm: Floats
-    rise_px_per_mm: Floats
-    pixel_mm: Floats
-    step_mm: Floats
+    u_by_x: float
+    u_by_y: float
+    v_by_x: float
+    v_by_y: float
+    u_by_z: float
+    v_by_z: float
+    pixel_mm: float
+    step_mm: float
 
-    def at(self, which: list[int]) -> "Lay":
-        """Return it under some of the places."""
-        return Lay(self.px_per_mm[which], self.rise_px_per_mm[which], self.pixel_mm[which], self.step_mm[which])
+    def along(self, angle: float) -> tuple[float, float]:
+        """Return where in the picture a mm along a direction of the surface leads."""
+        c, s = cos(angle), sin(angle)
+        return self.u_by_x * c + self.u_by_y * s, self.v_by_x * c + self.v_by_y * s
+
+    def angle_of(self, du: float, dv: float) -> float:
+        """Return the direction on the surface that a step in the picture has."""
+        # The inverse of a 2 x 2 matrix but for its determinant, which is above 0 and turns nothing.
+        return atan2(self.u_by_x * dv - self.v_by_x * du, self.v_by_y * du - self.u_by_y * dv)
 
 
 def as_floats(picture: MatLike) -> Floats:
@@ -127,12 +138,17 @@ class Heights:
             np.copyto(heights, _LOW_MM, where=readings == 0)
         return heights, as_bytes(readings)
 
-    def lay(self, pixels: Floats) -> Lay:
-        """Return how the surface lies under pixels (N, 2)."""
-        cell = (pixels * np.float32(1.0 / _CELL_PX)).astype(np.intp)
+    def lay(self, u: float, v: float) -> Lay:
+        """Return how the surface lies under a pixel."""
         rows, columns = self._lay.shape[:2]
-        at = self._lay[np.clip(cell[:, 1], 0, rows - 1), np.clip(cell[:, 0], 0, columns - 1)]
-        return Lay(at[:, :4].reshape(-1, 2, 2), at[:, 4:6], at[:, 6], at[:, 7])
+        row, column = min(max(int(v) // _CELL_PX, 0), rows - 1), min(max(int(u) // _CELL_PX, 0), columns - 1)
+        return Lay(*self._lay[row, column].tolist())
+
+    def sizes_mm(self) -> tuple[Floats, Floats]:
+        """Return the sizes of pixels and of raw steps all over the usable surface, (N,) each."""
+        seen = self.usable[_CELL_PX // 2 :: _CELL_PX, _CELL_PX // 2 :: _CELL_PX]
+        at = self._lay[: seen.shape[0], : seen.shape[1]][seen]
+        return at[:, 6], at[:, 7]
 
 
 def _limits(to_mm: Floats) -> tuple[int, int]:

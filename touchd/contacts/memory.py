@@ -1,60 +1,57 @@
 """What was seen of each finger before: its pitch and thickness hardly change from frame to frame, nor where it ends."""
 
-import numpy as np
+from collections.abc import Sequence
+from math import pi, tau
 
-from touchd.contacts.fit import ANGLE, PITCH, PRIOR_MEAN, PRIOR_TRUST, RADIUS
-from touchd.model import Floats
+from touchd.contacts.tips import LIKELY_PITCH_RAD, LIKELY_RADIUS_MM, PITCH_TRUST, RADIUS_TRUST, Guess, Tip
 
+_PITCH_RAD, _RADIUS_MM = 0.6, 6.3  # where the fit of a finger begins that was not seen before
 _FARTHEST_MM = 35.0  # that a finger moves in a frame
-# Of pitch and radius: the standard deviation given that of the frame before, and how much of the way back to any
+# One over the variance of pitch and radius given those of the frame before, and how much of the way back to any
 # finger's an estimate goes in each frame, so that no error feeds itself for long.
-_REMEMBERED = [PITCH, RADIUS]
-_TRUST = np.array([0.12, 0.5], np.float32) ** -2
-_FORGOTTEN = np.array([0.1, 0.25], np.float32)
-_ANY = PRIOR_MEAN[[0, 2]]
+_PITCH_TRUST, _RADIUS_TRUST = 0.12**-2, 0.5**-2
+_PITCH_FORGOTTEN, _RADIUS_FORGOTTEN = 0.1, 0.25
 
 
 class Memory:
-    """Remembers one frame's fingertips for the next: where their fits began and ended."""
+    """Remembers one frame's fingertips for the next."""
 
     def __init__(self) -> None:
-        self._began = np.zeros((0, 6), np.float32)
-        self._ended = self._began
+        self._seen: Sequence[Tip] = ()
 
-    def keep(self, began: Floats, ended: Floats) -> None:
-        """Remember fits: the first guesses (N, 6) and what came out of them (N, 6), in px of the whole picture."""
-        self._began, self._ended = began, ended
+    def keep(self, tips: Sequence[Tip]) -> None:
+        """Remember what came out of fits."""
+        self._seen = tips
 
-    def recall(self, began: Floats, pixel_mm: float) -> tuple[Floats, Floats, Floats]:
-        """Return where to begin instead of first guesses, what is likely, and how far to trust it: (N, 6) each.
+    def begin(self, guess: Guess) -> Tip:
+        """Return where to begin a fit: as far from its guess as that of the same finger ended from its own."""
+        before = self._same(guess)
+        if before is None:
+            shape = (_PITCH_RAD, guess.clearance_mm, _RADIUS_MM)
+            prior = (LIKELY_PITCH_RAD, PITCH_TRUST, LIKELY_RADIUS_MM, RADIUS_TRUST)
+            return Tip(guess, guess.u, guess.v, guess.angle, *shape, *prior)
+        then = before.guess
+        pitch_rad = before.pitch_rad + _PITCH_FORGOTTEN * (LIKELY_PITCH_RAD - before.pitch_rad)
+        radius_mm = before.radius_mm + _RADIUS_FORGOTTEN * (LIKELY_RADIUS_MM - before.radius_mm)
+        return Tip(
+            guess,
+            guess.u + before.u - then.u,
+            guess.v + before.v - then.v,
+            guess.angle + (before.angle - then.angle + pi) % tau - pi,
+            pitch_rad,
+            guess.clearance_mm + before.clearance_mm - then.clearance_mm,
+            radius_mm,
+            pitch_rad,
+            _PITCH_TRUST,
+            radius_mm,
+            _RADIUS_TRUST,
+        )
 
-        A fit begins as far from its guess as the same finger's ended from its own. Only pitch and radius are trusted;
-        the clearance may change within a frame.
-        """
-        likely = began.copy()
-        likely[:, PITCH:] = PRIOR_MEAN
-        trust = np.tile(PRIOR_TRUST, (len(began), 1))
-        known, seen = self._nearest(began, (_FARTHEST_MM / pixel_mm) ** 2)
-        if not known:
-            return began, likely, trust
-        moved = self._ended[seen] - self._began[seen]
-        moved[:, ANGLE] = (moved[:, ANGLE] + np.pi) % (2.0 * np.pi) - np.pi
-        start = began.copy()
-        start[known] += moved
-        remembered = self._ended[seen][:, _REMEMBERED]
-        rows = np.array(known)[:, None]
-        start[rows, _REMEMBERED] = likely[rows, _REMEMBERED] = remembered + _FORGOTTEN * (_ANY - remembered)
-        trust[rows, _REMEMBERED] = _TRUST
-        return start, likely, trust
-
-    def _nearest(self, began: Floats, limit: float) -> tuple[list[int], list[int]]:
-        """Return which guesses have a remembered one near them, and which one is nearest."""
-        known, seen = [], []
-        places = self._began[:, :2].tolist()
-        if places:
-            for i, (u, v) in enumerate(began[:, :2].tolist()):
-                distance, nearest = min(((u - x) ** 2 + (v - y) ** 2, k) for k, (x, y) in enumerate(places))
-                if distance < limit:
-                    known.append(i)
-                    seen.append(nearest)
-        return known, seen
+    def _same(self, guess: Guess) -> Tip | None:
+        """Return what was the same finger in the last frame."""
+        nearest, least = None, (_FARTHEST_MM / guess.lay.pixel_mm) ** 2
+        for tip in self._seen:
+            distance = (guess.u - tip.guess.u) ** 2 + (guess.v - tip.guess.v) ** 2
+            if distance < least:
+                nearest, least = tip, distance
+        return nearest

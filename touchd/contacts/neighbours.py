@@ -1,55 +1,77 @@
 """Fingertips side by side: which are the same one, and which samples belong to which."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from math import cos, sin
 
 import numpy as np
 
-from touchd.contacts.fit import ANGLE, Bed, Tips
+from touchd.contacts.tips import Tip
 from touchd.model import Floats
 
 _NEAR_MM = 50.0
 
+Places = Sequence[tuple[float, float]]
 
-def distinct(points_px: Floats, rank: Floats, apart_px: float) -> list[int]:
-    """Return which of some points (N, 2) to keep, the higher ranked first, so that no two are nearer than a limit."""
-    places = points_px.tolist()
+
+def close(places: Places, apart: float) -> bool:
+    """Return whether any two of some points are nearer than a limit."""
+    limit = apart * apart
+    return any((u - x) ** 2 + (v - y) ** 2 <= limit for i, (u, v) in enumerate(places) for x, y in places[:i])
+
+
+def distinct(places: Places, rank: Sequence[float], apart: float) -> list[int]:
+    """Return which of some points to keep, the higher ranked first, so that no two are nearer than a limit."""
     kept: list[int] = []
-    limit = apart_px * apart_px
-    # Plain Python: for a dozen points numpy's calls cost more than the sums.
-    for i in np.argsort(-rank, kind="stable").tolist():
+    limit = apart * apart
+    for i in sorted(range(len(places)), key=lambda k: -rank[k]):
         x, y = places[i]
         if all((places[k][0] - x) ** 2 + (places[k][1] - y) ** 2 > limit for k in kept):
             kept.append(i)
     return kept
 
 
-def owned_samples(tips: Tips, bed: Bed) -> Floats:
-    """Return 1 for the samples (N, S) that are nearer to their own finger's axis than to any other's, else 0."""
-    along, across = bed.places_mm[:, 0], bed.places_mm[:, 1]
-    owned = np.ones(along.shape, np.float32)
-    pairs = list(_pairs(tips.state[:, :2].tolist(), bed.lay.pixel_mm.tolist()))
+def owned_samples(tips: Sequence[Tip], places_mm: Floats) -> Floats:
+    """Return 1 for the samples (N, S) that are nearer to their own finger's axis than to any other's, else 0.
+
+    ``places_mm`` (N, 3, S): where the samples lie along and across their finger, and 1.
+    """
+    owned = np.ones((len(tips), places_mm.shape[2]), np.float32)
+    pairs = list(_pairs(tips))
     if not pairs:
         return owned
-    one, other = (list(column) for column in zip(*pairs, strict=True))
-    apart_px = tips.state[other, :2] - tips.state[one, :2]
-    offset = np.linalg.solve(bed.lay.px_per_mm[one], apart_px[..., None])[..., 0]
-    cos, sin = np.cos(tips.state[:, ANGLE, None]), np.sin(tips.state[:, ANGLE, None])
-    x = along[one] * cos[one] - across[one] * sin[one] - offset[:, :1]
-    y = along[one] * sin[one] + across[one] * cos[one] - offset[:, 1:]
-    theirs = _from_axis(x * cos[other] + y * sin[other], y * cos[other] - x * sin[other])
-    lost = theirs < _from_axis(along, across)[one]
-    for pair, tip in enumerate(one):
-        owned[tip][lost[pair]] = 0.0
+    mine = [one for one, _ in pairs]
+    along, across = places_mm[:, 0], places_mm[:, 1]
+    own = _from_axis(along, across)[mine]
+    turn = np.array([_way(tips[one], tips[other]) for one, other in pairs], np.float32)
+    theirs = np.matmul(turn, places_mm[mine])
+    lost = _from_axis(theirs[:, 0], theirs[:, 1]) < own
+    for pair, one in enumerate(mine):
+        owned[one][lost[pair]] = 0.0
     return owned
 
 
-def _pairs(places: list[list[float]], pixel_mm: list[float]) -> Iterator[tuple[int, int]]:
-    """Yield which places (in px) have which others near them."""
-    for one, (u, v) in enumerate(places):
-        near = (_NEAR_MM / pixel_mm[one]) ** 2
-        for other, (x, y) in enumerate(places):
-            if other != one and (u - x) ** 2 + (v - y) ** 2 < near:
+def _way(tip: Tip, other: Tip) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+    """Return what takes a tip's along, across and 1 to another one's along and across."""
+    x_mm, y_mm = _offset_mm(tip, other)
+    c, s = cos(tip.angle - other.angle), sin(tip.angle - other.angle)
+    their_c, their_s = cos(other.angle), sin(other.angle)
+    return (c, -s, -x_mm * their_c - y_mm * their_s), (s, c, x_mm * their_s - y_mm * their_c)
+
+
+def _pairs(tips: Sequence[Tip]) -> Iterator[tuple[int, int]]:
+    """Yield which tips have which others near them."""
+    for one, tip in enumerate(tips):
+        near = (_NEAR_MM / tip.guess.lay.pixel_mm) ** 2
+        for other, their in enumerate(tips):
+            if other != one and (tip.u - their.u) ** 2 + (tip.v - their.v) ** 2 < near:
                 yield one, other
+
+
+def _offset_mm(tip: Tip, other: Tip) -> tuple[float, float]:
+    """Return where on the surface another tip lies, from one."""
+    lay, du, dv = tip.guess.lay, other.u - tip.u, other.v - tip.v
+    area = lay.u_by_x * lay.v_by_y - lay.u_by_y * lay.v_by_x
+    return (lay.v_by_y * du - lay.u_by_y * dv) / area, (lay.u_by_x * dv - lay.v_by_x * du) / area
 
 
 def _from_axis(along_mm: Floats, across_mm: Floats) -> Floats:

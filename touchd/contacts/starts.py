@@ -1,22 +1,21 @@
 """Where fits begin: at the ends of outlines, and where a touch was expected that has no end near it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import hypot
 
 import cv2
 import numpy as np
 
 from touchd.contacts.candidates import Ends
-from touchd.contacts.fit import ANGLE, CLEARANCE, PITCH, RADIUS
-from touchd.contacts.heights import Box, Heights, Lay, as_floats
+from touchd.contacts.heights import Box, Heights, as_floats
 from touchd.contacts.method import Expected, Place
-from touchd.contacts.neighbours import distinct
+from touchd.contacts.neighbours import Places, distinct
+from touchd.contacts.tips import Guess
 from touchd.geometry import Doubles, distort
-from touchd.model import Floats, Mask
+from touchd.model import Floats
 
 _HIGHEST_MM = 60.0  # what stands higher cannot be a fingertip near the surface
-_PITCH_RAD, _RADIUS_MM = 0.6, 6.3  # of an ordinary finger
+_RADIUS_MM = 6.3  # of an ordinary finger
 _THICK_MM = 13.0
 _BEHIND_MM, _RISES_MM = 6.0, 5.0  # a finger rises by this much over that way
 _TALLEST_CLEARANCE_MM = 40.0
@@ -25,88 +24,78 @@ _RING = np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi 
 _OWN_MM = 35.0  # an end so near may be that of an expected touch, if it is no other's
 
 
-@dataclass(frozen=True, slots=True)
-class Guesses:
-    """First guesses of fingertips, N of them.
-
-    ``state`` (N, 6): as in :class:`Tips`; ``shown`` (N,) bool: whether the picture shows it; ``live``: whether a touch
-    was expected there; ``lay``: how the surface lies under them.
-    """
-
-    state: Floats
-    shown: Mask
-    live: list[bool]
-    lay: Lay
-
-
 class Starts:
     """Turns places of the picture into first guesses of fingertips, over one surface."""
 
-    def __init__(self, heights: Heights, place: Place, ahead_px: Floats, pixel_mm: float) -> None:
+    def __init__(self, heights: Heights, place: Place, ahead_px: Sequence[float], pixel_mm: float) -> None:
         """``ahead_px`` (levels,): where along a finger the outline at each level lies, from the ball's centre."""
         self._heights = heights
         self._place = place
-        self._ahead_px = ahead_px
+        self._ahead_px = np.array(ahead_px, np.float32)
         self._pixel_mm = pixel_mm
         self._to_ideal: Doubles = np.linalg.inv(np.array(place.area.to_area))
 
     def guesses(
         self, ends: Ends, expected: Sequence[Expected], smooth: Floats, box: Box, apart_px: float
-    ) -> Guesses | None:
-        """Return guesses in px of the box, None if there are none; ``smooth`` (H, W) are the heights in mm of the box.
+    ) -> list[Guess]:
+        """Return first guesses, of which no two that the picture shows are nearer than ``apart_px``.
 
-        No two guesses that the picture shows are nearer than ``apart_px``.
+        ``smooth`` (H, W) are the heights in mm of the box, in which the ends are given.
         """
-        centres = ends.points - ends.back * self._ahead_px[ends.level, None]
-        kept = distinct(centres, ends.rank, apart_px)
-        centres, back = centres[kept], ends.back[kept]
-        shown = len(centres)
+        centres = (ends.points - ends.back * self._ahead_px[ends.level, None]).tolist()
+        kept = distinct(centres, ends.rank.tolist(), apart_px)
+        places, backs = [centres[i] for i in kept], ends.back[kept].tolist()
+        shown = len(places)
         wanted = self._wanted_px(expected, box)
-        pairs = _paired(wanted.tolist(), centres.tolist(), _OWN_MM / self._pixel_mm)
-        missing = wanted[[i for i in range(len(wanted)) if i not in pairs]]
-        if len(missing):
-            centres = np.concatenate([centres, missing])
-            back = np.concatenate([back, self._uphill(missing, smooth)])
-        here, behind = _sampled(smooth, np.stack([centres, centres + back * np.float32(_BEHIND_MM / self._pixel_mm)]))
-        tall = np.maximum(here, behind - np.float32(_RISES_MM))
-        low = np.flatnonzero((tall < _HIGHEST_MM) & (tall > 0.0))
-        if not low.size:
-            return None
-        live = [i >= shown or i in pairs.values() for i in low.tolist()]
-        state, lay = self._guess(centres[low], back[low], tall[low], box)
-        return Guesses(state, low < shown, live, lay)
+        pairs = _paired(wanted, places, _OWN_MM / self._pixel_mm)
+        missing = [place for i, place in enumerate(wanted) if i not in pairs]
+        if missing:
+            places, backs = places + missing, backs + self._uphill(missing, smooth)
+        own = set(pairs.values())
+        return [
+            self._guess(places[i], backs[i], tall_mm, box, i < shown, i >= shown or i in own)
+            for i, tall_mm in enumerate(self._tall_mm(places, backs, smooth))
+            if 0.0 < tall_mm < _HIGHEST_MM
+        ]
 
-    def _guess(self, centres: Floats, back: Floats, tall: Floats, box: Box) -> tuple[Floats, Lay]:
-        lay = self._heights.lay(centres + np.array([box.left, box.top], np.float32))
-        began = np.empty((len(centres), 6), np.float32)
-        began[:, :2] = centres
-        # The inverse of a 2 × 2 matrix but for its determinant, which turns nothing.
-        (a, b), (c, d) = lay.px_per_mm.transpose(1, 2, 0)
-        began[:, ANGLE] = np.arctan2(a * back[:, 1] - c * back[:, 0], d * back[:, 0] - b * back[:, 1])
-        began[:, PITCH], began[:, RADIUS] = _PITCH_RAD, _RADIUS_MM
-        began[:, CLEARANCE] = np.clip(tall - np.float32(_THICK_MM), 0.0, _TALLEST_CLEARANCE_MM)
-        return began, lay
+    def _guess(self, place: list[float], back: list[float], tall_mm: float, box: Box, shown: bool, live: bool) -> Guess:
+        u, v = place[0] + box.left, place[1] + box.top
+        lay = self._heights.lay(u, v)
+        clearance_mm = min(max(tall_mm - _THICK_MM, 0.0), _TALLEST_CLEARANCE_MM)
+        return Guess(u, v, lay.angle_of(*back), clearance_mm, shown, live, lay)
 
-    def _wanted_px(self, expected: Sequence[Expected], box: Box) -> Floats:
-        """Return where in the box the balls' centres of expected touches should be seen (N, 2)."""
+    def _tall_mm(self, places: list[list[float]], backs: list[list[float]], smooth: Floats) -> list[float]:
+        """Return how high it stands at places, or a little behind them less than fingers rise over that way."""
+        if not places:
+            return []
+        far = _BEHIND_MM / self._pixel_mm
+        behind = [(u + x * far, v + y * far) for (u, v), (x, y) in zip(places, backs, strict=True)]
+        seen: list[list[float]] = _sampled(smooth, np.array([places, behind], np.float32)).tolist()
+        return [max(here, back - _RISES_MM) for here, back in zip(*seen, strict=True)]
+
+    def _wanted_px(self, expected: Sequence[Expected], box: Box) -> list[list[float]]:
+        """Return where in the box the balls' centres of expected touches should be seen."""
         if not expected:
-            return np.zeros((0, 2), np.float32)
+            return []
         place = self._place
         width_mm, height_mm = place.area.size_mm
         ideal = np.array([(x / width_mm, y / height_mm, 1.0) for x, y in expected]) @ self._to_ideal.T
-        feet = distort(place.surface.sensor.intrinsics, ideal[:, :2] / ideal[:, 2:]).astype(np.float32)
-        raised: Floats = feet + self._heights.lay(feet).rise_px_per_mm * np.float32(_RADIUS_MM)
-        return raised - np.array([box.left, box.top], np.float32)
+        feet = distort(place.surface.sensor.intrinsics, ideal[:, :2] / ideal[:, 2:]).tolist()
+        return [self._raised_px(u, v, box) for u, v in feet]
 
-    def _uphill(self, centres: Floats, smooth: Floats) -> Floats:
-        """Return unit vectors (N, 2) towards where the heights around rise: the way back along a finger."""
-        ring = centres[:, None] + _RING * np.float32(_RING_MM / self._pixel_mm)
+    def _raised_px(self, u: float, v: float, box: Box) -> list[float]:
+        lay = self._heights.lay(u, v)
+        return [u + lay.u_by_z * _RADIUS_MM - box.left, v + lay.v_by_z * _RADIUS_MM - box.top]
+
+    def _uphill(self, places: list[list[float]], smooth: Floats) -> list[list[float]]:
+        """Return unit vectors towards where the heights around rise: the way back along a finger."""
+        ring = np.array(places, np.float32)[:, None] + _RING * np.float32(_RING_MM / self._pixel_mm)
         rise = _sampled(smooth, ring) @ _RING
-        uphill: Floats = rise / (np.hypot(rise[:, :1], rise[:, 1:]) + np.float32(1e-6))
+        uphill: list[list[float]] = (rise / (np.hypot(rise[:, :1], rise[:, 1:]) + np.float32(1e-6))).tolist()
         return uphill
 
 
-def _paired(wanted: list[list[float]], places: list[list[float]], limit: float) -> dict[int, int]:
+def _paired(wanted: list[list[float]], places: Places | list[list[float]], limit: float) -> dict[int, int]:
     """Return which of some points have which place of their own within a limit, the nearest pairs being made first."""
     near = sorted(
         (distance, row, column)
@@ -123,7 +112,5 @@ def _paired(wanted: list[list[float]], places: list[list[float]], limit: float) 
 
 def _sampled(heights: Floats, pixels: Floats) -> Floats:
     """Return heights (M, N) at pixels (M, N, 2)."""
-    if not pixels.size:
-        return np.zeros(pixels.shape[:2], np.float32)
     seen = cv2.remap(heights, pixels, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)  # type: ignore[call-overload]
     return as_floats(seen)

@@ -1,0 +1,51 @@
+"""Fingertips under way: what is fitted of each, in plain numbers, as there are few of them."""
+
+from dataclasses import dataclass
+
+from touchd.contacts.heights import Lay
+
+# What is known of any fingertip before looking, and one over the variances of that.
+LIKELY_PITCH_RAD, LIKELY_RADIUS_MM = 0.65, 6.2
+PITCH_TRUST, CLEARANCE_TRUST, RADIUS_TRUST = 0.35**-2, 14.0**-2, 0.8**-2
+LIVE_TRUST = 6.0**-2  # in a clearance of 0 where a touch was before: it is likely to go on
+
+
+@dataclass(frozen=True, slots=True)
+class Guess:
+    """Where a fit may begin.
+
+    ``u``, ``v``: where in the whole picture the ball's centre is seen, in px; ``angle``: of the way back along the
+    finger, in the frame of ``lay``, which is how the surface lies there. ``shown``: whether the picture showed it; if
+    not, a touch was only expected there. ``live``: whether a touch was expected.
+    """
+
+    u: float
+    v: float
+    angle: float
+    clearance_mm: float
+    shown: bool
+    live: bool
+    lay: Lay
+
+
+@dataclass(slots=True)
+class Tip:
+    """A fingertip as far as it is fitted, and what it is likely to be: where a trust is one over a variance."""
+
+    guess: Guess
+    u: float
+    v: float
+    angle: float
+    pitch_rad: float
+    clearance_mm: float
+    radius_mm: float
+    likely_pitch_rad: float
+    pitch_trust: float
+    likely_radius_mm: float
+    radius_trust: float
+
+    @property
+    def foot_px(self) -> tuple[float, float]:
+        """Where the surface under the ball's centre is seen."""
+        lay = self.guess.lay
+        return self.u - lay.u_by_z * self.radius_mm, self.v - lay.v_by_z * self.radius_mm
