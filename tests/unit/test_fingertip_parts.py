@@ -1,15 +1,19 @@
 """The parts of the fingertip method: templates, places along outlines, neighbours, and the decision."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from touchd.contacts.candidates import Outline, Walk, find_ends
 from touchd.contacts.decide import Fit, verdict
-from touchd.contacts.neighbours import distinct
+from touchd.contacts.heights import Lay
+from touchd.contacts.memory import Memory
+from touchd.contacts.neighbours import close, distinct, owned_samples
 from touchd.contacts.patch import UNKNOWNS, finger_height, make_bank, reading
+from touchd.contacts.tips import Guess
 from touchd.geometry import kinect_v1_sensor
 
 WALK = Walk(reaches=(12, 20), inset=5.0, lowest_mm=26.0)
-GOOD = Fit(pitch_rad=0.6, clearance_mm=0.0, misfit=0.9, core=1.0, seen=0.9)
 
 
 def finger_outline() -> Outline:
@@ -46,10 +50,12 @@ def test_a_window_over_two_near_surfaces_reads_between_them_more_like_the_higher
 
 def test_the_bank_s_slopes_predict_its_heights() -> None:
     bank = make_bank(kinect_v1_sensor(), np.array([2.6], np.float32), np.array([6.5], np.float32))
-    assert bank.slopes.shape == (len(bank.heights_mm), UNKNOWNS, bank.along_mm.shape[1])
+    assert bank.templates.shape == (len(bank.middles), 2 + UNKNOWNS, bank.places_mm.shape[2])
     # The clearances of one radius and pitch lie next to each other: 0 and 4 mm.
-    predicted = bank.heights_mm[0] + 4.0 * bank.slopes[0, 4] / bank.weights[0]
-    np.testing.assert_allclose(predicted, bank.heights_mm[1], atol=0.1)
+    assert bank.middles[:2, 1].tolist() == [0.0, 4.0]
+    low, high = (rows[0] / rows[1] for rows in bank.templates[:2])
+    predicted = low + 4.0 * bank.templates[0, 2 + 4] / bank.templates[0, 1]
+    np.testing.assert_allclose(predicted, high, atol=0.1)
 
 
 def test_a_finger_s_outline_has_one_end_whose_back_leads_into_it() -> None:
@@ -104,31 +110,84 @@ def test_an_outline_shorter_than_its_repetition_is_walked_around_more_than_once(
 
 
 def test_of_points_too_close_together_the_best_is_kept() -> None:
-    points = np.array([[0.0, 0.0], [3.0, 0.0], [20.0, 0.0]], np.float32)
-    assert distinct(points, np.array([0.5, 0.9, 0.1], np.float32), apart_px=8.0) == [1, 2]
+    points = [(0.0, 0.0), (3.0, 0.0), (20.0, 0.0)]
+    assert close(points, 8.0)
+    assert distinct(points, [0.5, 0.9, 0.1], 8.0) == [1, 2]
+    assert not close([points[1], points[2]], 8.0)
 
 
-@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 5.2, 8.9), (6.5, 10.6, 22.6)])
+@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 5.1, 6.5), (6.5, 11.0, 17.3)])
 def test_a_touch_begins_lower_than_it_ends(step_mm: float, on_mm: float, off_mm: float) -> None:
     def said(clearance_mm: float) -> tuple[bool, bool, bool]:
         answer = verdict(Fit(0.6, clearance_mm, 0.5, 0.6, 0.9), step_mm)
-        return answer.firm, answer.kept, answer.lifted
+        return answer.low, answer.kept, answer.lifted
 
     assert said(on_mm - 0.3) == (True, True, False)
     assert said(on_mm + 0.3) == (False, True, False)
     assert said(off_mm + 0.5) == (False, False, True)
 
 
-@pytest.mark.parametrize(
-    "doubtful",
-    [
-        Fit(pitch_rad=0.6, clearance_mm=0.0, misfit=2.5, core=1.0, seen=0.9),
-        Fit(pitch_rad=1.3, clearance_mm=4.0, misfit=0.9, core=1.0, seen=0.9),
-        Fit(pitch_rad=0.6, clearance_mm=0.0, misfit=0.9, core=4.0, seen=0.9),
-        Fit(pitch_rad=0.6, clearance_mm=0.0, misfit=0.9, core=1.0, seen=0.2),
-    ],
-)
-def test_a_poor_fit_neither_begins_nor_ends_a_touch(doubtful: Fit) -> None:
-    assert verdict(GOOD, 1.6).firm
-    answer = verdict(doubtful, 1.6)
-    assert (answer.firm, answer.kept, answer.lifted) == (False, False, False)
+def test_a_poor_fit_must_lie_lower_and_be_seen_twice() -> None:
+    good, poor = Fit(0.6, 4.0, 0.9, 1.0, 0.9), Fit(0.6, 4.0, 1.4, 1.8, 0.9)
+    assert (verdict(good, 1.6).low, verdict(good, 1.6).sure) == (True, True)
+    assert (verdict(poor, 1.6).low, verdict(poor, 1.6).sure) == (False, False)
+    assert verdict(replace(poor, clearance_mm=0.0), 1.6).low
+
+
+def test_a_poor_fit_ends_no_touch() -> None:
+    assert verdict(Fit(0.6, 12.0, 0.9, 1.0, 0.9), 1.6).lifted
+    assert not verdict(Fit(0.6, 12.0, 1.5, 2.0, 0.9), 1.6).lifted
+
+
+def test_a_tip_that_its_own_finger_hides_may_read_higher_on_a_fine_sensor() -> None:
+    upright = Fit(1.25, 7.0, 0.9, 1.0, 0.9)
+    assert not verdict(replace(upright, pitch_rad=0.7), 1.6).low
+    assert verdict(upright, 1.6).low
+    assert verdict(replace(upright, clearance_mm=11.0), 1.6).kept
+
+
+def test_what_looks_upright_to_a_coarse_sensor_begins_no_touch() -> None:
+    assert verdict(Fit(0.9, 0.0, 0.9, 1.0, 0.9), 6.5).low
+    assert not verdict(Fit(1.3, 0.0, 0.9, 1.0, 0.9), 6.5).low
+
+
+def test_of_a_tip_that_is_mostly_another_s_nothing_is_said() -> None:
+    answer = verdict(Fit(0.6, 0.0, 0.9, 1.0, 0.3), 1.6)
+    assert (answer.low, answer.kept, answer.lifted) == (False, False, False)
+
+
+LAY = Lay(0.77, 0.01, -0.02, 0.76, 0.05, -0.04, 1.3, 1.6)
+
+
+def test_a_direction_on_the_surface_leads_to_the_picture_and_back() -> None:
+    for angle in (-3.0, -1.2, 0.0, 0.4, 2.5):
+        assert LAY.angle_of(*LAY.along(angle)) == pytest.approx(angle)
+
+
+def a_guess(u: float, v: float, clearance_mm: float = 0.0) -> Guess:
+    return Guess(u, v, 0.5, clearance_mm, shown=True, live=False, lay=LAY)
+
+
+def test_a_fit_begins_where_that_of_the_same_finger_would_have_ended() -> None:
+    memory = Memory()
+    tip = memory.begin(a_guess(100.0, 80.0, 6.0))
+    assert (tip.u, tip.v, tip.angle, tip.clearance_mm) == (100.0, 80.0, 0.5, 6.0)
+    tip.u, tip.angle, tip.clearance_mm, tip.pitch_rad, tip.radius_mm = 102.0, 0.7, 1.0, 0.9, 8.0
+    memory.keep([tip])
+    again = memory.begin(a_guess(110.0, 81.0, 6.5))
+    assert (again.u, again.v) == (112.0, 81.0)
+    assert [again.angle, again.clearance_mm] == pytest.approx([0.7, 1.5])
+    assert 0.65 < again.pitch_rad < 0.9
+    assert 6.2 < again.radius_mm < 8.0
+    assert again.pitch_trust > tip.pitch_trust
+    assert memory.begin(a_guess(200.0, 80.0)).u == 200.0
+
+
+def test_of_two_fingers_side_by_side_each_owns_what_is_nearer_to_it() -> None:
+    memory = Memory()
+    one, other = memory.begin(a_guess(100.0, 100.0)), memory.begin(a_guess(100.0, 110.0))
+    one.angle = other.angle = 0.0
+    flat = np.array([[0.0, 0.0, 0.0], [-3.0, 6.0, 9.0], [1.0, 1.0, 1.0]], np.float32)  # 13 mm lie between the two
+    assert owned_samples([one, other], np.stack([flat, flat])).tolist() == [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0]]
+    far = memory.begin(a_guess(300.0, 100.0))
+    assert owned_samples([one, far], np.stack([flat, flat])).min() == 1.0

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass
 
 import cv2
@@ -25,7 +24,7 @@ from touchd.model import Contact, Floats, Image16
 _LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
 _SAME_TIP_MM = 10.0  # no two fingertips are nearer
 _AGAIN_MM = 25.0  # so near to where it was in the last picture a doubtful fingertip is the same one
-_FREE_ROUNDS, _SETTLING_ROUNDS, _PINNED_ROUNDS = 2, 1, 1
+_FREE_ROUNDS, _SETTLING_ROUNDS = 2, 2
 _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 
@@ -86,7 +85,7 @@ class FingertipMethod:
         return self._fitted([self._memory.begin(guess) for guess in guesses], Picture(heights, readings, box))
 
     def _fitted(self, tips: list[Tip], picture: Picture) -> Found:
-        """Fit freely, drop what became the same tip, share the samples, and fit again; then with the tip pinned down.
+        """Fit freely, drop what became the same tip, share the samples, and fit again; then let it rest.
 
         The clearance decides on touching, so it must be free; the place is surer with the clearance known.
         """
@@ -97,10 +96,9 @@ class FingertipMethod:
         if len(kept) < len(tips):
             tips, bed = [tips[i] for i in kept], bed.at(kept)
         owned = owned_samples(tips, bed.places)
-        quality = fitter.fit(tips, bed, picture, owned, _SETTLING_ROUNDS).quality()
+        fitted = fitter.fit(tips, bed, picture, owned, _SETTLING_ROUNDS)
+        quality, resting = fitted.quality(), fitted.at_rest(tips)
         self._memory.keep(tips)
-        resting = [copy(tip) for tip in tips]
-        fitter.pin(resting, bed, picture, owned, _PINNED_ROUNDS)
         kept = self._different(resting, lambda: quality)
         return Found([tips[i] for i in kept], [resting[i] for i in kept], quality.at(kept))
 

@@ -2,6 +2,7 @@
 
 from bisect import bisect
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 from math import cos, sin
@@ -20,14 +21,13 @@ _ALONG_TRUST, _TURN_TRUST = 5.0**-2, 0.4**-2
 _ALONG_MM, _TURN_RAD, _PITCH_RAD, _CLEARANCE_MM, _RADIUS_MM = 6.0, 0.4, 0.3, 15.0, 2.0
 _PITCHES, _CLEARANCES, _RADII = (0.0, 1.35), (-4.0, 45.0), (3.2, 9.5)  # least and most
 _LIFTED_MM = 8.0  # the prior on the clearance fades with what is seen to be higher
-_PINNED_TRUST = 1e6  # in a clearance that is known
 # Neighbouring samples share their noise, so that they tell less than their number: 1 / 2.5².
 _INDEPENDENT = np.float32(0.16)
 # Residuals beyond so many standard deviations count less. What rises beside a finger belongs to others.
 _DOUBTFUL, _DOUBTFUL_BESIDE = 5.0, 2.0
 _READABLE = 220  # of 255: a sample needs readings all around
 _OF_RADIUS, _OF_PITCH = len(PITCHES_RAD) * len(CLEARANCES_MM), len(CLEARANCES_MM)
-_SIDE = UNKNOWNS + 1
+_SIDE, _CLEARANCE = UNKNOWNS + 1, 4  # the clearance is the fifth of the unknowns
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,21 +94,10 @@ class Fitter:
         first = [len(RADII_MM) * _OF_RADIUS * k for k in scale]
         return Bed(first, self._places[scale], self._bank.core[scale], self._above[scale])
 
-    def fit(self, tips: Sequence[Tip], bed: Bed, picture: Picture, owned: Floats, rounds: int) -> "Residuals":
-        """Move tips to where the picture says; return what is left. ``owned`` (N, S): weights of the samples."""
-        trusts = [LIVE_TRUST if tip.guess.live else CLEARANCE_TRUST for tip in tips]
-        return self._fit(tips, trusts, bed, picture, owned, rounds)
-
-    def pin(self, tips: Sequence[Tip], bed: Bed, picture: Picture, owned: Floats, rounds: int) -> None:
-        """Move tips to where the picture says if they rest on the surface."""
-        for tip in tips:
-            tip.clearance_mm = 0.0
-        self._fit(tips, [_PINNED_TRUST] * len(tips), bed, picture, owned, rounds)
-
-    def _fit(
-        self, tips: Sequence[Tip], trusts: list[float], bed: Bed, picture: Picture, owned: Floats, rounds: int
-    ) -> "Residuals":
-        residual = known = owned
+    def fit(self, tips: Sequence[Tip], bed: Bed, picture: Picture, owned: Floats, rounds: int) -> "Fitted":
+        """Move tips to where the picture says; return how they fit. ``owned`` (N, S): weights of the samples."""
+        fitted = Fitted(owned, owned, bed.core, [], [])
+        known = owned
         for turn in range(rounds):
             axes = [_axes(tip, picture.box) for tip in tips]
             at = [self._nearest(first, tip) for first, tip in zip(bed.first, tips, strict=True)]
@@ -123,10 +112,11 @@ class Fitter:
             residual = seen * rows[:, 1] + np.matmul(np.array(off, np.float32), rows)[:, 0]
             rows[:, 1] = residual
             products = _products(rows[:, 1:], _counted(residual, known, bed.above))
-            priors = [_prior(tip, trust) for tip, trust in zip(tips, trusts, strict=True)]
-            for tip, axis, step in zip(tips, axes, _steps(products, priors), strict=True):
-                _move(tip, axis, step)
-        return Residuals(residual, known, bed.core)
+            steps = _steps(products, [_prior(tip) for tip in tips])
+            for tip, axis, step in zip(tips, axes, steps, strict=True):
+                _move(tip, axis, [best for best, _ in step])
+            fitted = Fitted(residual, known, bed.core, axes, steps)
+        return fitted
 
     def reach_mm(self, pixel_mm: float, level_mm: float) -> float:
         """Return where along a typical touching finger its heights pass a level, from the ball's centre."""
@@ -145,12 +135,29 @@ class Fitter:
 
 
 @dataclass(frozen=True, slots=True)
-class Residuals:
-    """What a fit leaves: residuals (N, S) in expected standard deviations, which samples count, and the core."""
+class Fitted:
+    """How N tips fit: residuals (N, S) in expected standard deviations, which samples count, and the core.
+
+    ``axes``: how far in the picture a mm along and across led last. ``steps``: of each unknown the last step, and how
+    much it changes with the clearance: its covariance with it.
+    """
 
     residual: Floats
     known: Floats
     core: Mask
+    axes: "list[Axes]"
+    steps: list[list[list[float]]]
+
+    def at_rest(self, tips: Sequence[Tip]) -> list[Tip]:
+        """Return copies of the tips as they fit best if they rest on the surface.
+
+        To know one of several unknowns exactly moves each other one by their covariance over the known one's variance.
+        """
+        resting = [copy(tip) for tip in tips]
+        for tip, axis, step in zip(resting, self.axes, self.steps, strict=True):
+            down = -tip.clearance_mm / step[_CLEARANCE][1]
+            _move(tip, axis, [covariance * down for _, covariance in step])
+        return resting
 
     def quality(self) -> Quality:
         """Return how well the model describes what was seen."""
@@ -203,8 +210,9 @@ def _products(rows: Floats, counted: Floats) -> Floats:
 Prior = tuple[tuple[float, ...], tuple[float, ...]]
 
 
-def _prior(tip: Tip, clearance_trust: float) -> Prior:
+def _prior(tip: Tip) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return for each unknown how much it is trusted to be what is likely, and that times how far off it is."""
+    clearance_trust = LIVE_TRUST if tip.guess.live else CLEARANCE_TRUST
     clearance_trust /= 1.0 + (tip.clearance_mm / _LIFTED_MM) ** 2
     return (
         (_ALONG_TRUST, _ALONG_TRUST, _TURN_TRUST, tip.pitch_trust, clearance_trust, tip.radius_trust),
@@ -219,12 +227,17 @@ def _prior(tip: Tip, clearance_trust: float) -> Prior:
     )
 
 
-def _steps(products: Floats, priors: list[Prior]) -> list[list[float]]:
-    """Return the steps to the least sum of weighed squared residuals and of distances from what is likely."""
+def _steps(products: Floats, priors: list[tuple[tuple[float, ...], tuple[float, ...]]]) -> list[list[list[float]]]:
+    """Return for N tips and each unknown the best step, and its covariance with the clearance.
+
+    The best step leads to the least sum of weighed squared residuals and of distances from what is likely.
+    """
     trust, pull = np.array(priors, np.float32).transpose(1, 0, 2)
     products.reshape(-1, _SIDE * _SIDE)[:, _SIDE + 1 :: _SIDE + 1] += trust
-    gradient = products[:, 1:, 0] + pull
-    steps: list[list[float]] = np.linalg.solve(products[:, 1:, 1:], gradient[..., None])[..., 0].tolist()
+    wanted = np.zeros((len(priors), UNKNOWNS, 2), np.float32)
+    np.add(products[:, 1:, 0], pull, out=wanted[..., 0])
+    wanted[:, _CLEARANCE, 1] = 1.0
+    steps: list[list[list[float]]] = np.linalg.solve(products[:, 1:, 1:], wanted).tolist()
     return steps
 
 

@@ -11,9 +11,9 @@ _THING_MM, _THING_STEPS = 5.0, 0.5
 _TOO_HIGH_MM, _TOO_HIGH_STEPS = 70.0, 2.0  # for a fingertip near the surface; a forearm often is, all of it
 _HAND_MM = 28.0  # a hand rises this high somewhere
 _BORDER_MM = 15.0  # and at least this high where it is cut off by the border of what is looked at
-_EVERY_ROWS = 2  # of so many is one looked at: reading the picture costs more than all that is done with it
-_SOLID = np.ones((2, 3), np.uint8)  # in such rows; what noise alone never fills
-_AROUND_PX = 12
+_EVERY_ROWS = 4  # of so many is one looked at: reading the picture costs more than all that is done with it
+_SOLID = np.ones((1, 5), np.uint8)  # in such a row; what noise alone never fills
+_AROUND_PX = 14
 
 
 class Things:
@@ -44,8 +44,8 @@ class Things:
         left, top, width, height = cv2.boundingRect(solid)
         if width == 0:
             return None
-        # A solid place stands for its row, the one before it, and what was not looked at beside those.
-        above_px, below_px = _EVERY_ROWS * (top - 2), _EVERY_ROWS * (top + height)
+        # A solid place stands for its row, and what was not looked at beside it.
+        above_px, below_px = _EVERY_ROWS * (top - 1), _EVERY_ROWS * (top + height)
         return Box(
             max(self.box.left + left - _AROUND_PX, self.box.left),
             max(self.box.top + above_px - _AROUND_PX, self.box.top),

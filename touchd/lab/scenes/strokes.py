@@ -1,7 +1,7 @@
 """Fingers that slide: lines, circles, two that pass each other closely."""
 
 from functools import partial
-from math import hypot
+from math import atan2, degrees, hypot
 
 from touchd.lab.scenes.cast import Cast, above, anywhere, far_from, fly_to, lift, one_by_one, press, somewhere, visit
 from touchd.lab.scenes.people import Person, in_reach, someone
@@ -11,6 +11,7 @@ from touchd.table.postures import POINTING
 from touchd.table.scene import Place
 
 _PASSING_MM = 45.0
+_SAME_SIDE = 0.8  # of the distance between two sides of the table, seen from its middle at 1
 
 
 def drag(room: Room) -> Cast:
@@ -28,7 +29,8 @@ def passing(room: Room) -> Cast:
     people = someone(room, 0), someone(room, 1)
     if room.rng.random() < 0.5:  # both hands of one person
         people = (people[0], people[0])
-    bearing = room.between(0.0, 360.0)
+    # Each stays on their own side, so that no hand comes over the other's finger.
+    bearing = _between_them_deg(*people) - 90.0 + room.between(-30.0, 30.0)
     middle = anywhere(room, 0.4)
     half = 0.22 * room.area.size_mm[1]
     performers = []
@@ -49,6 +51,14 @@ def passing(room: Room) -> Cast:
             )
         )
     return Cast(tuple(performers))
+
+
+def _between_them_deg(one: Person, other: Person) -> float:
+    """Return the direction from the second one's finger to the first one's: a right one, if they share a side."""
+    x, y = (a - b for a, b in zip(*(place_at((0.0, 0.0), 1.0, who.side_deg) for who in (one, other)), strict=True))
+    if hypot(x, y) < _SAME_SIDE:
+        return one.side_deg - 90.0
+    return degrees(atan2(x, -y))
 
 
 def draw_line(room: Room, person: Person, way: Way, speed_mm_s: float) -> None:
