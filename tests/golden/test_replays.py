@@ -13,7 +13,7 @@ from golden import make
 from golden.replays import FOLDER, Golden, differences, load, load_frames, names, replay
 
 # Named one by one, so that one that is lost is a failure.
-GOLDENS = ["drag-1000", "sweep-1500", "taps-750"]
+GOLDENS = ["drag-1000", "pinch-750", "sweep-1500", "taps-750", "writing-750"]
 
 TOUCH = {"frames": [10, 20], "places": [[10, 0.5, 0.5], [20, 0.6, 0.5]]}
 SIZE_MM = (600.0, 400.0)

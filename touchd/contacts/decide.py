@@ -8,10 +8,12 @@ from dataclasses import dataclass
 # A touch begins below the first and ends above the second, each grown by so many raw steps.
 _ON_MM, _ON_STEPS = 3.2, 1.2
 _OFF_MM, _OFF_STEPS = 3.0, 2.2
-_HIDDEN_KEEPS = 2.0  # times what a hidden tip may be lower than it reads: such a reading is unsteady, too
 # A fine sensor sees steep fingers, but not their tips, which makes their clearance read too high: by so many mm for
-# each rad beyond a pitch, less and less up to a coarser step. To a coarse sensor, what looks upright is no finger.
+# each rad beyond a pitch, less and less up to a coarser step.
 _STEEP_RAD, _STEEP_MM, _STEEP_UP_TO_STEP = 1.1, 18.0, 3.0
+# Their reading is unsteady as well, so that it may be higher in a single picture while a touch lasts.
+_UNSTEADY_RAD, _UNSTEADY_MM, _RAISED_MM = 0.98, 25.0, 1.0
+# To a coarse sensor, what looks upright is no finger.
 _UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.05, 15.0, 2.5
 # A poor fit must lie lower: by so many raw steps for each standard deviation above what good fits have.
 _GOOD, _CORE_STEPS, _MISFIT_STEPS = 1.0, 1.3, 2.0
@@ -35,29 +37,34 @@ class Verdict:
     """What a fit says.
 
     ``low``: as near as when a touch begins. ``sure``: well enough seen to begin one at first sight, else it takes two.
-    ``kept``: near enough to continue one. ``lifted``: seen well, and not touching.
+    ``kept``: near enough to continue one. ``raised``: not so near that this could go on for a second picture.
+    ``lifted``: seen well, and not touching.
     """
 
     clearance_mm: float
     low: bool
     sure: bool
     kept: bool
+    raised: bool
     lifted: bool
 
 
 def verdict(fit: Fit, step_mm: float) -> Verdict:
     """Return whether a fingertip touches, where a raw step of the sensor is ``step_mm`` high."""
     if fit.seen < _SEEN_AT_ALL:
-        return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, lifted=False)
-    hidden_mm = _STEEP_MM * max(0.0, _STEEP_UP_TO_STEP - step_mm) * max(0.0, fit.pitch_rad - _STEEP_RAD)
+        return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, raised=False, lifted=False)
+    fine = max(0.0, _STEEP_UP_TO_STEP - step_mm)
+    hidden_mm = _STEEP_MM * fine * max(0.0, fit.pitch_rad - _STEEP_RAD)
     clearance_mm, doubt_mm = fit.clearance_mm - hidden_mm, _doubt_mm(fit, step_mm)
-    off_mm = _OFF_MM + _OFF_STEPS * step_mm + _HIDDEN_KEEPS * hidden_mm
+    unsteady_mm = _UNSTEADY_MM * fine * max(0.0, fit.pitch_rad - _UNSTEADY_RAD)
+    off_mm = _OFF_MM + _OFF_STEPS * step_mm
     return Verdict(
         clearance_mm,
         low=fit.seen > _SEEN_WELL and clearance_mm + doubt_mm < _ON_MM + _ON_STEPS * step_mm,
         sure=doubt_mm < _SURE_STEPS * step_mm,
-        kept=clearance_mm < off_mm,
-        lifted=clearance_mm > off_mm and doubt_mm < _CLEAR_STEPS * step_mm,
+        kept=clearance_mm < off_mm + unsteady_mm,
+        raised=clearance_mm > off_mm + _RAISED_MM,
+        lifted=clearance_mm > off_mm + unsteady_mm and doubt_mm < _CLEAR_STEPS * step_mm,
     )
 
 

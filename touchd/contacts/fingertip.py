@@ -1,8 +1,8 @@
 """Finding fingertips: places along outlines, a model of a fingertip fitted to each, and its clearance to decide."""
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import atan2, ceil, dist, log, pi
 
 import cv2
 import numpy as np
@@ -41,6 +41,14 @@ class Found:
     quality: Quality
 
 
+@dataclass(frozen=True, slots=True)
+class _Before:
+    """Where the last picture showed fingertips as low as touching ones, and raised a little too high for that."""
+
+    low_px: list[tuple[float, float]] = field(default_factory=list)
+    raised_px: list[tuple[float, float]] = field(default_factory=list)
+
+
 class FingertipMethod:
     """Finds fingertips over one surface and decides which of them touch."""
 
@@ -53,7 +61,7 @@ class FingertipMethod:
         self._step_mm = step_mm
         self._same_tip_px, self._again_px = _SAME_TIP_MM / pixel_mm, _AGAIN_MM / pixel_mm
         self._memory = Memory()
-        self._low_px: list[tuple[float, float]] = []  # where the last picture showed fingertips as low as touching ones
+        self._before = _Before()
         self._things = Things(self._heights, levels_mm, step_mm)
         self._fitter = Fitter(_bank_for(sizes_mm, place))
         self._walk = _walk_for(pixel_mm, place.surface.sensor.fatten_px)
@@ -64,10 +72,10 @@ class FingertipMethod:
         """Return the touching fingertips in one picture (H, W) uint16, and where others hover."""
         sighting = Sighting([])
         found = self.look(raw, expected)
-        before_px, self._low_px = self._low_px, []
+        before, self._before = self._before, _Before()
         if found is not None:
             for i in range(len(found.tips)):
-                self._judge(found, i, before_px, sighting)
+                self._judge(found, i, before, sighting)
         return sighting
 
     def look(self, raw: Image16, expected: Sequence[Expected]) -> Found | None:
@@ -112,8 +120,8 @@ class FingertipMethod:
             places, [tip.guess.shown * _SHOWN_RANK - misfit[i] for i, tip in enumerate(tips)], self._same_tip_px
         )
 
-    def _judge(self, found: Found, i: int, before_px: list[tuple[float, float]], sighting: Sighting) -> None:
-        """Add one fingertip to what is said of the picture; ``before_px``: where one was as low in the last."""
+    def _judge(self, found: Found, i: int, before: "_Before", sighting: Sighting) -> None:
+        """Add one fingertip to what is said of the picture; ``before``: what was of the last one."""
         tip, resting, quality = found.tips[i], found.resting[i], found.quality
         fit = Fit(tip.pitch_rad, tip.clearance_mm, quality.misfit[i], quality.core[i], quality.seen[i])
         said = verdict(fit, self._step_mm)
@@ -121,26 +129,31 @@ class FingertipMethod:
         if not (said.kept or said.lifted) or not self._is_sure(u, v):
             return
         if said.low:
-            self._low_px.append((u, v))
+            self._before.low_px.append((u, v))
+        if said.raised:
+            self._before.raised_px.append((u, v))
         x, y = self.area_of(u, v)
         width_mm, height_mm = self._place.area.size_mm
-        if said.lifted:
+        if said.lifted or (said.raised and self._was_near((u, v), before.raised_px)):
             sighting.lifted_mm.append((x * width_mm, y * height_mm))
             return
         back_u, back_v = tip.guess.lay.along(resting.angle)
         back_x, back_y = self.area_of(u + back_u, v + back_v)
-        begins = said.sure or any(math.dist((u, v), place) < self._again_px for place in before_px)
+        begins = said.sure or self._was_near((u, v), before.low_px)
         contact = Contact(
             x=x,
             y=y,
             x_mm=x * width_mm,
             y_mm=y * height_mm,
             height_mm=max(0.0, said.clearance_mm),
-            area_mm2=math.pi * tip.radius_mm**2,
-            angle=_half_turn(math.atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
+            area_mm2=pi * tip.radius_mm**2,
+            angle=_half_turn(atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
             firm=said.low and begins and tip.guess.shown,
         )
         sighting.contacts.append(contact)
+
+    def _was_near(self, place: tuple[float, float], before_px: Sequence[tuple[float, float]]) -> bool:
+        return any(dist(place, px) < self._again_px for px in before_px)
 
     def _is_sure(self, u: float, v: float) -> bool:
         """Return whether the surface is known well at a pixel."""
@@ -173,7 +186,7 @@ def _bank_for(sizes_mm: tuple[Floats, Floats], place: Place) -> PatchBank:
     """Return templates for all sizes that a pixel has on the usable surface, given with those of the raw steps."""
     pixel_mm, step_mm = sizes_mm if sizes_mm[0].size else (np.ones(1, np.float32), np.ones(1, np.float32))
     low, high = np.quantile(pixel_mm, [0.01, 0.99]).tolist()
-    count = max(1, math.ceil(math.log(high / low) / math.log(_SCALE_RATIO)))
+    count = max(1, ceil(log(high / low) / log(_SCALE_RATIO)))
     scales = np.geomspace(low, high, 2 * count + 1)[1::2].astype(np.float32)
     order = np.argsort(pixel_mm, kind="stable")
     steps = np.interp(scales, pixel_mm[order], step_mm[order]).astype(np.float32)
@@ -182,4 +195,4 @@ def _bank_for(sizes_mm: tuple[Floats, Floats], place: Place) -> PatchBank:
 
 def _half_turn(angle: float) -> float:
     """Return the same undirected line's angle in (−π/2, π/2]."""
-    return math.pi / 2 - (math.pi / 2 - angle) % math.pi
+    return pi / 2 - (pi / 2 - angle) % pi

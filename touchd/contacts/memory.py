@@ -9,8 +9,8 @@ _PITCH_RAD, _RADIUS_MM = 0.6, 6.3  # where the fit of a finger begins that was n
 _FARTHEST_MM = 35.0  # that a finger moves in a frame
 # One over the variance of pitch and radius given those of the frame before, and how much of the way back to any
 # finger's an estimate goes in each frame, so that no error feeds itself for long.
-_PITCH_TRUST, _RADIUS_TRUST = 0.12**-2, 0.5**-2
-_PITCH_FORGOTTEN, _RADIUS_FORGOTTEN = 0.1, 0.25
+_PITCH_TRUST, _RADIUS_TRUST = 0.1**-2, 0.5**-2
+_PITCH_FORGOTTEN, _RADIUS_FORGOTTEN = 0.03, 0.25
 
 
 class Memory:
