@@ -116,7 +116,7 @@ def test_of_points_too_close_together_the_best_is_kept() -> None:
     assert not close([points[1], points[2]], 8.0)
 
 
-@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 5.1, 6.5), (6.5, 11.0, 17.3)])
+@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 5.1, 6.2), (6.5, 11.0, 16.0)])
 def test_a_touch_begins_lower_than_it_ends(step_mm: float, on_mm: float, off_mm: float) -> None:
     def said(clearance_mm: float) -> tuple[bool, bool, bool]:
         answer = verdict(Fit(0.6, clearance_mm, 0.5, 0.6, 0.9), step_mm)

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 # A touch begins below the first and ends above the second, each grown by so many raw steps.
 _ON_MM, _ON_STEPS = 3.2, 1.2
-_OFF_MM, _OFF_STEPS = 3.0, 2.2
+_OFF_MM, _OFF_STEPS = 3.0, 2.0
 # A fine sensor sees steep fingers, but not their tips, which makes their clearance read too high: by so many mm for
 # each rad beyond a pitch, less and less up to a coarser step.
 _STEEP_RAD, _STEEP_MM, _STEEP_UP_TO_STEP = 1.1, 18.0, 3.0
 # Their reading is unsteady as well, so that it may be higher in a single picture while a touch lasts.
 _UNSTEADY_RAD, _UNSTEADY_MM, _RAISED_MM = 0.98, 25.0, 1.0
 # To a coarse sensor, what looks upright is no finger.
-_UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.05, 15.0, 2.5
+_UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.0, 25.0, 2.5
 # A poor fit must lie lower: by so many raw steps for each standard deviation above what good fits have.
 _GOOD, _CORE_STEPS, _MISFIT_STEPS = 1.0, 1.3, 2.0
 _SURE_STEPS, _CLEAR_STEPS = 0.8, 1.5  # of doubt, at most, to begin a touch at first sight, and to end one

@@ -37,7 +37,7 @@ _MODEL_MM = 0.4
 _OUTLINE_PX = 0.75
 # Fingers bend, so that their height is known less well beyond the last joint; a coarse sensor needs it nonetheless.
 _STRAIGHT_MM = 12.0
-_BEND_MM = 1.0
+_BEND_MM, _LEAST_BEND = 1.0, 0.6  # per mm of the way, in raw steps of so many mm, and at least
 _CORE_MM = 5.5
 
 
@@ -97,7 +97,7 @@ def _of_one_scale(pixel_mm: float, step_mm: float, window_px: int) -> tuple[Doub
     slopes[..., 4] = np.gradient(heights, np.array(CLEARANCES_MM), axis=2)
     slopes[..., 5] = np.gradient(heights, np.array(RADII_MM), axis=0)
     way = np.maximum(along, 0.0) / np.cos(np.array(PITCHES_RAD))[:, None]
-    bend = _BEND_MM / step_mm * np.maximum(way - _STRAIGHT_MM, 0.0)[None, :, None]
+    bend = max(_BEND_MM / step_mm, _LEAST_BEND) * np.maximum(way - _STRAIGHT_MM, 0.0)[None, :, None]
     aside = seen[..., 1:, :] - heights[..., None, :]
     noise = np.sqrt((_STEPS * step_mm) ** 2 + _MODEL_MM**2 + bend**2 + np.mean(aside * aside, axis=-2))
     return along, across, heights, slopes, noise.astype(np.float32)

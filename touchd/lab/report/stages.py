@@ -1,29 +1,34 @@
 """Pictures of a frame on its way through each method, stage by stage, as in the paper's Figure 2."""
 
 from collections.abc import Iterator, Sequence
+from math import cos, sin
 from typing import TypeAlias
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from touchd.contacts.fingertip import FingertipMethod
+from touchd.contacts.patch import finger_height
 from touchd.geometry import depth_mm
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of
 from touchd.lab.scenes import LabScene, TruthFrame, lab_scene
-from touchd.model import Contact, Floats, Image16, Shell
+from touchd.model import Cursor, Floats, Image16, Shell
 from touchd.pipeline import Pipeline, Ready
 
 Picture: TypeAlias = NDArray[np.uint8]
 Panel: TypeAlias = tuple[str, Picture]
 Crop: TypeAlias = tuple[slice, slice]
 
-_SCENE, _SEED, _HEIGHTS_MM = "pinch", 3, (750.0, 1500.0)
+_SCENE, _SEED, _HEIGHTS_MM = "pinch", 7, (750.0, 1500.0)
 _METHODS = ("shell", "fingertip")
 _AROUND_PX, _PANEL_PX, _HEADING_PX = 70, 300, 26
 _TOUCH, _TRUTH, _INK, _PAPER = (60, 230, 255), (120, 255, 120), (50, 40, 36), (250, 248, 246)
 _HIGHEST_MM = 60.0
 _BOXCAR_PX = 9
+_SHOWN_MM = 25.0  # of a fitted finger
+_FRAMES_BEFORE = 20  # that a method has seen
 
 
 def stage_pictures() -> Iterator[tuple[str, Picture]]:
@@ -49,11 +54,13 @@ def _panels(pipeline: Pipeline, scene: LabScene, truth: TruthFrame, method: str)
     ready = pipeline.ready
     if ready is None:
         raise ValueError("the scene's pipeline has no surface")
-    raw = scene.frame(truth.index).raw
+    for index in range(truth.index - _FRAMES_BEFORE, truth.index):
+        pipeline.step(scene.frame(index))
+    frame = scene.frame(truth.index)
+    raw, cursors = frame.raw, pipeline.step(frame).cursors
     crop = _crop(scene, truth)
     heights = heights_mm(ready, raw)
-    contacts = ready.method.find(raw, ()).contacts
-    touches = ("touches (yellow) and the truth (green)", _marked(_shaded(heights), ready, contacts, truth)[crop])
+    touches = ("touches (yellow) and the truth (green)", _marked(_shaded(heights), ready, cursors, truth)[crop])
     if method == "shell":
         shares = in_shell(ready.shell, raw)
         low_passed = cv2.blur(shares, (_BOXCAR_PX, _BOXCAR_PX))
@@ -67,6 +74,7 @@ def _panels(pipeline: Pipeline, scene: LabScene, truth: TruthFrame, method: str)
         ("raw depth", _grey(raw, crop)),
         ("height above the surface", _shaded(heights)[crop]),
         ("outlines at 6 and 12 mm", _outlined(heights)[crop]),
+        ("the fitted fingertips", _shaded(fitted_mm(ready, raw))[crop]),
         touches,
     ]
 
@@ -76,6 +84,22 @@ def heights_mm(ready: Ready, raw: Image16) -> Floats:
     sensor = ready.surface.sensor
     above = depth_mm(sensor, ready.surface.reference) - sensor.to_mm[raw]
     return np.nan_to_num(above, nan=0.0, posinf=0.0, neginf=0.0).astype(np.float32)
+
+
+def fitted_mm(ready: Ready, raw: Image16) -> Floats:
+    """Return the heights in mm of the fingertips that the method fits to a picture, 0 beside them."""
+    heights = np.zeros(raw.shape, np.float32)
+    found = ready.method.look(raw, ()) if isinstance(ready.method, FingertipMethod) else None
+    rows, columns = np.indices(raw.shape)
+    for tip in found.tips if found else ():
+        lay, du, dv = tip.guess.lay, columns - tip.u, rows - tip.v
+        area = lay.u_by_x * lay.v_by_y - lay.u_by_y * lay.v_by_x
+        x_mm, y_mm = (lay.v_by_y * du - lay.u_by_y * dv) / area, (lay.u_by_x * dv - lay.v_by_x * du) / area
+        along, across = x_mm * cos(tip.angle) + y_mm * sin(tip.angle), y_mm * cos(tip.angle) - x_mm * sin(tip.angle)
+        finger = finger_height(np.asarray(along), np.asarray(across), tip.radius_mm, tip.pitch_rad)
+        near = (finger > 0.0) & (along < _SHOWN_MM)
+        heights[near] = np.maximum(heights, finger + tip.clearance_mm)[near]
+    return heights
 
 
 def in_shell(shell: Shell, raw: Image16) -> Picture:
@@ -116,15 +140,15 @@ def _outlined(heights: Floats) -> Picture:
     return picture
 
 
-def _marked(picture: Picture, ready: Ready, contacts: Sequence[Contact], truth: TruthFrame) -> Picture:
+def _marked(picture: Picture, ready: Ready, cursors: Sequence[Cursor], truth: TruthFrame) -> Picture:
     corners = np.array(ready.settings.area.corners_px if ready.settings.area else (), np.float32)
     unit = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
     to_px = np.asarray(cv2.getPerspectiveTransform(unit, corners), np.float64)
     for tip in truth.tips:
         if tip.touching:
             cv2.drawMarker(picture, _pixel(to_px, tip.x, tip.y), _TRUTH, cv2.MARKER_CROSS, 7, 1)
-    for contact in contacts:
-        cv2.circle(picture, _pixel(to_px, contact.x, contact.y), 4, _TOUCH, 1, cv2.LINE_AA)
+    for cursor in cursors:
+        cv2.circle(picture, _pixel(to_px, cursor.x, cursor.y), 4, _TOUCH, 1, cv2.LINE_AA)
     return picture
 
 
