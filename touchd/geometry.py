@@ -148,6 +148,15 @@ def distort(intrinsics: Intrinsics, pixels: Doubles) -> Doubles:
     return bent
 
 
+def distort_pixel(intrinsics: Intrinsics, u: float, v: float) -> tuple[float, float]:
+    """Return where the lens shows one undistorted pixel, as :func:`distort` does for many."""
+    k = intrinsics
+    x, y = (u - k.cx) / k.fx, (v - k.cy) / k.fy
+    r2 = x * x + y * y
+    bent = 1.0 + r2 * (k.k1 + r2 * k.k2)
+    return x * bent * k.fx + k.cx, y * bent * k.fy + k.cy
+
+
 def _distortion(k: Intrinsics, ideal: Doubles) -> Doubles:
     r2 = np.sum(ideal * ideal, axis=-1, keepdims=True)
     factor: Doubles = 1.0 + r2 * (k.k1 + r2 * k.k2)

@@ -5,6 +5,7 @@ from touchd.geometry import (
     depth_mm,
     depth_of,
     distort,
+    distort_pixel,
     fit_plane,
     kinect_v1_sensor,
     map_area,
@@ -33,6 +34,12 @@ pixels = st.tuples(st.floats(0, 639), st.floats(0, 479))
 @given(lenses, pixels)
 def test_distorting_an_undistorted_pixel_gives_the_pixel_back(lens: Intrinsics, pixel: tuple[float, float]) -> None:
     np.testing.assert_allclose(distort(lens, undistort(lens, np.array(pixel))), pixel, atol=1e-4)
+
+
+@settings(deadline=None)
+@given(lenses, pixels)
+def test_one_pixel_is_distorted_as_many_are(lens: Intrinsics, pixel: tuple[float, float]) -> None:
+    np.testing.assert_allclose(distort_pixel(lens, *pixel), distort(lens, np.array(pixel)), atol=1e-9)
 
 
 @settings(deadline=None)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
-from math import cos, sin
+from math import cos, sin, sqrt
 
 import cv2
 import numpy as np
@@ -25,6 +25,7 @@ _LIFTED_MM = 8.0  # the prior on the clearance fades with what is seen to be hig
 _INDEPENDENT = np.float32(0.16)
 # Residuals beyond so many standard deviations count less. What rises beside a finger belongs to others.
 _DOUBTFUL, _DOUBTFUL_BESIDE = 5.0, 2.0
+_MISFIT_CUT, _CORE_CUT = np.float32(3.0), np.float32(8.0)
 _READABLE = 220  # of 255: a sample needs readings all around
 _OF_RADIUS, _OF_PITCH = len(PITCHES_RAD) * len(CLEARANCES_MM), len(CLEARANCES_MM)
 _SIDE, _CLEARANCE = UNKNOWNS + 1, 4  # the clearance is the fifth of the unknowns
@@ -161,15 +162,27 @@ class Fitted:
 
     def quality(self) -> Quality:
         """Return how well the model describes what was seen."""
-        size = np.abs(self.residual)
-        count = self.known.sum(axis=1)
-        inner = self.known * self.core
-        misfit = np.einsum("ns,ns->n", self.known, np.square(np.minimum(size, 3.0))) / np.maximum(count, 1e-3)
-        core = np.einsum("ns,ns->n", inner, np.square(np.minimum(size, 8.0))) / np.maximum(inner.sum(axis=1), 1e-3)
-        return Quality(np.sqrt(misfit).tolist(), np.sqrt(core).tolist(), (count / size.shape[1]).tolist())
+        squared, inner = self.residual * self.residual, self.known * self.core
+        sums = np.array(
+            [
+                _sums(self.known),
+                _sums(self.known * np.minimum(squared, _MISFIT_CUT**2)),
+                _sums(inner),
+                _sums(inner * np.minimum(squared, _CORE_CUT**2)),
+            ]
+        ).T.tolist()
+        return Quality(
+            misfit=[sqrt(misfit / max(count, 1e-3)) for count, misfit, _, _ in sums],
+            core=[sqrt(core / max(inside, 1e-3)) for _, _, inside, core in sums],
+            seen=[count / squared.shape[1] for count, _, _, _ in sums],
+        )
 
 
 Axes = tuple[tuple[float, float, float], tuple[float, float, float]]
+
+
+def _sums(samples: Floats) -> Floats:
+    return np.asarray(np.add.reduce(samples, axis=1), np.float32)
 
 
 def _axes(tip: Tip, box: Box) -> Axes:
@@ -237,7 +250,11 @@ def _steps(products: Floats, priors: list[tuple[tuple[float, ...], tuple[float, 
     wanted = np.zeros((len(priors), UNKNOWNS, 2), np.float32)
     np.add(products[:, 1:, 0], pull, out=wanted[..., 0])
     wanted[:, _CLEARANCE, 1] = 1.0
-    steps: list[list[list[float]]] = np.linalg.solve(products[:, 1:, 1:], wanted).tolist()
+    # For a few small systems numpy's way to LAPACK takes longer than solving them.
+    steps: list[list[list[float]]] = [
+        np.asarray(cv2.solve(hessian, right, flags=cv2.DECOMP_CHOLESKY)[1]).tolist()
+        for hessian, right in zip(products[:, 1:, 1:], wanted, strict=True)
+    ]
     return steps
 
 

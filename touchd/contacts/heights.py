@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import atan2, cos, sin
-from typing import TypeAlias, cast
+from typing import NamedTuple, TypeAlias, cast
 
 import cv2
 import numpy as np
@@ -39,8 +39,7 @@ class Box:
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
 
-@dataclass(frozen=True, slots=True)
-class Lay:
+class Lay(NamedTuple):
     """How the surface lies under a place of the picture, in plain numbers.
 
     A step in the surface's tangent plane, x and y in mm, leads ``u_by_x`` · x + ``u_by_y`` · y px to the right in the
@@ -133,7 +132,9 @@ class Heights:
         readings = cv2.inRange(seen, *self._readable)
         nearer = cv2.subtract(self._reference[box.window], seen, dtype=cv2.CV_32F)
         heights = as_floats(cv2.multiply(nearer, self._gain[box.window], dst=nearer))
-        np.clip(heights, _LOW_MM, _HIGH_MM, out=heights)
+        # In one pass each; numpy's clip takes twice as long.
+        cv2.threshold(heights, _HIGH_MM, 0.0, cv2.THRESH_TRUNC, dst=heights)
+        cv2.max(heights, _LOW_MM, dst=heights)  # type: ignore[call-overload]
         if not self._invalid_is_far:
             np.copyto(heights, _LOW_MM, where=readings == 0)
         return heights, as_bytes(readings)

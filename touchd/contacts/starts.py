@@ -11,7 +11,7 @@ from touchd.contacts.heights import Box, Heights, as_floats
 from touchd.contacts.method import Expected, Place
 from touchd.contacts.neighbours import Places, distinct
 from touchd.contacts.tips import Guess
-from touchd.geometry import Doubles, distort
+from touchd.geometry import distort_pixel
 from touchd.model import Floats
 
 _HIGHEST_MM = 60.0  # what stands higher cannot be a fingertip near the surface
@@ -33,7 +33,7 @@ class Starts:
         self._place = place
         self._ahead_px = np.array(ahead_px, np.float32)
         self._pixel_mm = pixel_mm
-        self._to_ideal: Doubles = np.linalg.inv(np.array(place.area.to_area))
+        self._to_ideal: list[list[float]] = np.linalg.inv(np.array(place.area.to_area)).tolist()
 
     def guesses(
         self, ends: Ends, expected: Sequence[Expected], smooth: Floats, box: Box, apart_px: float
@@ -46,7 +46,7 @@ class Starts:
         kept = distinct(centres, ends.rank.tolist(), apart_px)
         places, backs = [centres[i] for i in kept], ends.back[kept].tolist()
         shown = len(places)
-        wanted = self._wanted_px(expected, box)
+        wanted = [self._wanted_px(x_mm, y_mm, box) for x_mm, y_mm in expected]
         pairs = _paired(wanted, places, _OWN_MM / self._pixel_mm)
         missing = [place for i, place in enumerate(wanted) if i not in pairs]
         if missing:
@@ -73,17 +73,12 @@ class Starts:
         seen: list[list[float]] = _sampled(smooth, np.array([places, behind], np.float32)).tolist()
         return [max(here, back - _RISES_MM) for here, back in zip(*seen, strict=True)]
 
-    def _wanted_px(self, expected: Sequence[Expected], box: Box) -> list[list[float]]:
-        """Return where in the box the balls' centres of expected touches should be seen."""
-        if not expected:
-            return []
+    def _wanted_px(self, x_mm: float, y_mm: float, box: Box) -> list[float]:
+        """Return where in the box the ball's centre of an expected touch should be seen."""
         place = self._place
-        width_mm, height_mm = place.area.size_mm
-        ideal = np.array([(x / width_mm, y / height_mm, 1.0) for x, y in expected]) @ self._to_ideal.T
-        feet = distort(place.surface.sensor.intrinsics, ideal[:, :2] / ideal[:, 2:]).tolist()
-        return [self._raised_px(u, v, box) for u, v in feet]
-
-    def _raised_px(self, u: float, v: float, box: Box) -> list[float]:
+        x, y = x_mm / place.area.size_mm[0], y_mm / place.area.size_mm[1]
+        u, v, scale = (a * x + b * y + c for a, b, c in self._to_ideal)
+        u, v = distort_pixel(place.surface.sensor.intrinsics, u / scale, v / scale)
         lay = self._heights.lay(u, v)
         return [u + lay.u_by_z * _RADIUS_MM - box.left, v + lay.v_by_z * _RADIUS_MM - box.top]
 

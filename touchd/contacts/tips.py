@@ -1,6 +1,7 @@
 """Fingertips under way: what is fitted of each, in plain numbers, as there are few of them."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from touchd.contacts.heights import Lay
 
@@ -10,8 +11,7 @@ PITCH_TRUST, CLEARANCE_TRUST, RADIUS_TRUST = 0.35**-2, 14.0**-2, 0.8**-2
 LIVE_TRUST = 6.0**-2  # in a clearance of 0 where a touch was before: it is likely to go on
 
 
-@dataclass(frozen=True, slots=True)
-class Guess:
+class Guess(NamedTuple):
     """Where a fit may begin.
 
     ``u``, ``v``: where in the whole picture the ball's centre is seen, in px; ``angle``: of the way back along the
