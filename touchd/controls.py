@@ -69,6 +69,7 @@ class ServiceControls:
                 daemon.source.reconnects,
                 metrics,
                 self._rises.note("dropped", metrics.dropped, now_s),
+                daemon.source.packet_loss,
             ),
             surface=None
             if ready is None

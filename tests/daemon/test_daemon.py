@@ -44,6 +44,10 @@ class HandSource:
     def reconnects(self) -> int:
         return 0
 
+    @property
+    def packet_loss(self) -> float | None:
+        return None
+
     def frames(self) -> Iterator[Frame]:
         while (item := self.given.get()) is not None:
             if isinstance(item, Exception):

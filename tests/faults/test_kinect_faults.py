@@ -13,6 +13,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
+from touchd.control.client import fetch_status
+from touchd.control.paths import control_socket_path
 
 from clients.harness import OscDump, PythonTuio
 from daemon.running import RunningDaemon, running, wait_until
@@ -214,6 +216,8 @@ def test_30_percent_packet_loss_is_told_and_touch_goes_on(touch: Played, tmp_pat
         bus.set_faults(Faults(drop=0.3))
         with daemon_on(bus, tmp_path, client.destination) as daemon:
             daemon.wait_for("% of its packets were lost in the last 10 s: plug it into another USB port")
+            socket = control_socket_path({**os.environ, "STATE_DIRECTORY": str(tmp_path / "state")})
+            assert fetch_status(socket).source.packet_loss == pytest.approx(0.3, abs=0.1)
             wait_until(lambda: bool(client.log.adds))
         client.sync()
         assert client.log.left_over() == set()

@@ -19,6 +19,7 @@ class LockStepSource:
     identified = True
     waiting = None
     reconnects = 0
+    packet_loss = None
 
     def __init__(self, show: Show) -> None:
         self._show = show

@@ -245,6 +245,10 @@ class ThreeFrames:
     def reconnects(self) -> int:
         return 0
 
+    @property
+    def packet_loss(self) -> float | None:
+        return None
+
     def frames(self) -> Iterator[Frame]:
         return iter([Frame(index, index, np.zeros((2, 2), np.uint16)) for index in (0, 1, 4)])
 

@@ -1,12 +1,18 @@
 import errno
 import itertools
 import logging
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from touchd.metrics import MetricsSnapshot
 from touchd.model import Frame, State
 from touchd.sources.kinect.camera import CameraSettings
+from touchd.sources.kinect.source import KinectSource
+from touchd.status.data import Status, source_facts
+from touchd.status.text import check
 
+from statuses import HEALTHY
 from virtual_kinect.bus import KinectPlan, Model, Part
 from virtual_kinect.driven import PICTURES, Driven, ModelStream, shown, take
 from virtual_kinect.faults import Faults
@@ -24,6 +30,15 @@ def is_right(frame: Frame, first: Frame) -> bool:
     """Return whether a frame shows the picture that its number says, counted from the one that the first shows."""
     begin = next(number for number in range(len(PICTURES)) if np.array_equal(first.raw, shown(number)))
     return bool(np.array_equal(frame.raw, shown(begin + frame.index - first.index)) or frame.missing_packets)
+
+
+def status_of(source: KinectSource) -> Status:
+    """Return the status of a daemon that fares well with this source."""
+    metrics = MetricsSnapshot(600, 0, 30.0, None, None, None)
+    return replace(
+        HEALTHY,
+        source=source_facts(source.name, "kinect", source.waiting, source.reconnects, metrics, 0, source.packet_loss),
+    )
 
 
 def test_frames_are_right_to_the_pixel_and_none_is_missing() -> None:
@@ -129,6 +144,23 @@ def test_30_percent_packet_loss_still_brings_frames_and_is_told_every_10_s(caplo
     )
     assert source.packet_loss == pytest.approx(0.3, abs=0.1)
     assert source.waiting is None
+
+
+def test_the_status_warns_of_30_percent_packet_loss_until_the_camera_is_gone() -> None:
+    there = Driven(A)
+    there.set_faults(Faults(drop=0.3))
+    source = there.source()
+    frames = source.frames()
+    verdicts = []
+    for seconds in (9.0, 21.0):
+        there.reach(frames, seconds)
+        verdicts.append(check(status_of(source)))
+    there.unplug()
+    there.clock.at(there.clock.s + 1.0, source.close)
+    list(frames)
+    verdicts.append(check(status_of(source)))
+    assert [verdict for verdict, _ in verdicts] == [0, 1, 0]
+    assert verdicts[1][1].startswith("warning: Kinect A0036: 30.0% of its packets were lost in the last 10 s: plug it")
 
 
 def test_what_a_short_stall_of_our_own_costs_is_not_told(caplog: pytest.LogCaptureFixture) -> None:

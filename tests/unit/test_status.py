@@ -20,6 +20,11 @@ from touchd.surface.quality import SurfaceReport
 
 from statuses import FAILING, HEALTHY, NOW_S, REFUSED, SOURCE, SURFACE, TUIO
 
+LOSING_30_PERCENT = (
+    "30.0% of its packets were lost in the last 10 s: plug it into another USB port, without a hub and away from other"
+    " cameras; see whether this computer is too busy"
+)
+
 
 def test_people_read_the_status_of_a_healthy_daemon_at_a_glance() -> None:
     assert status_lines(HEALTHY) == [
@@ -73,6 +78,23 @@ def test_before_the_first_frame_people_see_what_is_waited_for() -> None:
 
 
 @pytest.mark.parametrize(
+    ("packet_loss", "expected"),
+    [
+        (None, []),
+        (0.0, []),
+        (0.001, []),
+        (0.0014, ["          0.1% of its packets were lost in the last 10 s"]),
+        (0.02, ["          2.0% of its packets were lost in the last 10 s"]),
+        (0.3, [f"          ! {LOSING_30_PERCENT}"]),
+    ],
+)
+def test_people_see_lost_packets_and_what_to_do_about_many(packet_loss: float | None, expected: list[str]) -> None:
+    lines = status_lines(replace(HEALTHY, source=replace(SOURCE, packet_loss=packet_loss)))
+    assert [line for line in lines if "lost" in line] == expected
+    assert [line for line in lines if "lost" not in line] == status_lines(HEALTHY)
+
+
+@pytest.mark.parametrize(
     ("change", "expected"),
     [
         ({}, "tracking at 30.0 frames/s, 2 touches"),
@@ -123,6 +145,8 @@ def test_one_sentence_says_what_it_is_doing(change: dict[str, object], expected:
             1,
             "warning: 40 frames were dropped in the last minute: this machine is too slow or too busy",
         ),
+        ({"source": replace(SOURCE, packet_loss=0.02)}, 0, "ok"),
+        ({"source": replace(SOURCE, packet_loss=0.3)}, 1, f"warning: A00364A04287049A: {LOSING_30_PERCENT}"),
         ({"state": State.NO_SURFACE, "why": "calibrate"}, 2, "critical: no surface: calibrate"),
         ({"state": State.NO_FRAMES, "why": "gone", "state_since_s": NOW_S - 3}, 2, "critical: no frames for 3 s: gone"),
         ({"state": None}, 2, "critical: no frames for 2 h 15 min"),
@@ -151,7 +175,14 @@ def test_durations_have_two_units_at_most(seconds: float, text: str) -> None:
     assert duration(seconds) == text
 
 
-@pytest.mark.parametrize("status", [HEALTHY, replace(HEALTHY, config=REFUSED, outputs=(TUIO, FAILING), surface=None)])
+@pytest.mark.parametrize(
+    "status",
+    [
+        HEALTHY,
+        replace(HEALTHY, config=REFUSED, outputs=(TUIO, FAILING), surface=None),
+        replace(HEALTHY, source=replace(SOURCE, packet_loss=0.3)),
+    ],
+)
 def test_a_status_comes_back_whole_through_json(status: Status) -> None:
     assert status_from_json(json.loads(json.dumps(status.as_json(), allow_nan=False))) == status
 
@@ -173,7 +204,7 @@ def test_json_has_these_keys_and_words() -> None:
     assert (plain["state"], plain["area"]["origin"], plain["uptime_s"]) == ("tracking", "alignment", 8100.0)
     assert set(plain["source"]) == {
         *("name", "kind", "waiting", "reconnects", "frames", "fps", "dropped", "dropped_lately"),
-        *("latency_p50_ms", "latency_p99_ms", "latency_max_ms"),
+        *("latency_p50_ms", "latency_p99_ms", "latency_max_ms", "packet_loss"),
     }
 
 
@@ -189,6 +220,12 @@ def test_what_a_newer_daemon_adds_is_left_out_and_what_an_older_one_lacks_is_nam
     )
 
 
+def test_the_status_of_a_daemon_that_did_not_tell_its_packet_loss_yet_is_understood() -> None:
+    plain = replace(HEALTHY, source=replace(SOURCE, packet_loss=0.3)).as_json()
+    assert plain["source"].pop("packet_loss") == 0.3
+    assert status_from_json(plain) == HEALTHY
+
+
 def test_figures_that_the_surface_report_could_not_measure_are_none() -> None:
     nan = math.nan
     report = SurfaceReport(0.0, nan, nan, nan, nan, nan, nan, 0.0, ("no pixel of the area can see a touch",))
@@ -201,7 +238,8 @@ def test_figures_that_the_surface_report_could_not_measure_are_none() -> None:
 
 def test_a_source_s_facts_are_its_metrics() -> None:
     metrics = MetricsSnapshot(241201, 12, 29.97, 1.42, 3.1, 4.04)
-    assert source_facts("A00364A04287049A", "kinect", None, 1, metrics, 0) == SOURCE
+    assert source_facts("A00364A04287049A", "kinect", None, 1, metrics, 0, None) == SOURCE
+    assert source_facts("A00364A04287049A", "kinect", None, 1, metrics, 0, 0.3) == replace(SOURCE, packet_loss=0.3)
 
 
 def test_only_what_rose_in_the_last_minute_counts_as_recent() -> None:

@@ -47,12 +47,14 @@ def scraped(page: str) -> dict[str, float]:
 
 
 def test_prometheus_scrapes_the_figures_in_base_units() -> None:
-    samples = scraped(prometheus(replace(HEALTHY, outputs=(TUIO, FAILING))))
+    source = replace(SOURCE, packet_loss=0.3)
+    samples = scraped(prometheus(replace(HEALTHY, outputs=(TUIO, FAILING), source=source)))
     assert samples['touchd_frame_latency_seconds{statistic="p99"}'] == pytest.approx(0.0031)
     assert samples['touchd_state{state="tracking"}'] == 1
     assert sum(value for key, value in samples.items() if key.startswith("touchd_state{")) == 1
     assert samples["touchd_surface_distance_meters"] == pytest.approx(0.8214)
     assert samples["touchd_frames_total"] == 241201
+    assert samples["touchd_source_packet_loss_ratio"] == 0.3
     assert samples["touchd_resident_memory_bytes"] == 86_400_000
     assert samples['touchd_area_origin{origin="alignment"}'] == 1
     labels = 'output="1",name="tuio to a:3333, b:3333",destination="b:3333",destination_index="1"'
@@ -64,6 +66,7 @@ def test_prometheus_gets_no_sample_for_what_is_not_known() -> None:
     bare = replace(HEALTHY, state=None, memory_bytes=None, surface=None, area=None, outputs=())
     samples = scraped(prometheus(replace(bare, source=replace(SOURCE, fps=None, latency_p99_ms=None))))
     assert "touchd_frames_per_second" not in samples
+    assert "touchd_source_packet_loss_ratio" not in samples
     assert "touchd_resident_memory_bytes" not in samples
     assert [key for key in samples if re.search('touchd_surface|touchd_area|touchd_output|"p99"', key)] == []
     assert sum(value for key, value in samples.items() if key.startswith("touchd_state{")) == 0

@@ -48,6 +48,11 @@ class WatchedSource:
         """How often the source was found again."""
         return self._source.reconnects
 
+    @property
+    def packet_loss(self) -> float | None:
+        """Which share of the source's packets was lost lately."""
+        return self._source.packet_loss
+
     def frames(self) -> Iterator[Frame]:
         """Yield the source's frames."""
         due = 0

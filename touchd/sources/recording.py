@@ -44,6 +44,11 @@ class RecordingSource:
         """None so far and ever: it cannot be lost."""
         return 0
 
+    @property
+    def packet_loss(self) -> float | None:
+        """None: its frames are read from files, whole."""
+        return None
+
     def show(self, state: State) -> None:
         """Do nothing: there is no light."""
 

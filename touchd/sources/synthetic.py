@@ -78,6 +78,11 @@ class SyntheticSource:
         """None so far and ever: it cannot be lost."""
         return 0
 
+    @property
+    def packet_loss(self) -> float | None:
+        """None: its frames come through memory, whole."""
+        return None
+
     def show(self, state: State) -> None:
         """Do nothing: there is no light."""
 

@@ -43,6 +43,7 @@ class SourceFacts:
     latency_p50_ms: float | None
     latency_p99_ms: float | None
     latency_max_ms: float | None
+    packet_loss: float | None = None  # share of the source's packets lost in the last 10 s; None where not known
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +146,13 @@ def status_from_json(content: object) -> Status:
 
 
 def source_facts(
-    name: str, kind: str, waiting: str | None, reconnects: int, metrics: MetricsSnapshot, dropped_lately: int
+    name: str,
+    kind: str,
+    waiting: str | None,
+    reconnects: int,
+    metrics: MetricsSnapshot,
+    dropped_lately: int,
+    packet_loss: float | None,
 ) -> SourceFacts:
     """Return the facts of a source with its frames' metrics."""
     return SourceFacts(
@@ -160,6 +167,7 @@ def source_facts(
         latency_p50_ms=metrics.latency_p50_ms,
         latency_p99_ms=metrics.latency_p99_ms,
         latency_max_ms=metrics.latency_max_ms,
+        packet_loss=packet_loss,
     )
 
 

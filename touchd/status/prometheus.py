@@ -77,6 +77,11 @@ def _source(source: SourceFacts) -> list[Metric]:
             latencies,
         ),
         _counter("touchd_source_reconnects_total", "How often the source was connected anew.", source.reconnects),
+        _gauge(
+            "touchd_source_packet_loss_ratio",
+            "Share of the source's packets that were lost over the last ten seconds.",
+            source.packet_loss,
+        ),
     ]
 
 

@@ -4,10 +4,12 @@ from collections.abc import Iterator
 
 from touchd.align.alignment import AreaOrigin
 from touchd.model import State
+from touchd.sources.source import PACKET_LOSS_REMEDY, PACKET_LOSS_WORTH_TELLING
 from touchd.status.data import AreaFacts, OutputFacts, SourceFacts, Status, SurfaceFacts
 
 _LONG_CALIBRATION_S = 60.0
 _DROPPED_SHARE = 0.02  # of the last minute's frames: more are worth a warning
+_SHOWN_PACKET_LOSS = 0.001  # less is not worth a line
 _LABEL_WIDTH = 10
 _VERDICTS = ("ok", "warning", "critical")
 _ORIGINS = {
@@ -110,13 +112,19 @@ def _warnings(status: Status) -> Iterator[str]:
     for output in status.outputs:
         if output.troubled_lately:
             yield f"{output.name}: {_trouble(output)}{_because(output.last_error)}"
-    dropped = status.source.dropped_lately
-    if status.source.fps is not None and dropped > _DROPPED_SHARE * (dropped + status.source.fps * 60.0):
-        yield f"{dropped} frames were dropped in the last minute: this machine is too slow or too busy"
+    yield from _source_warnings(status.source)
     if status.surface is not None:
         yield from status.surface.problems
     if status.area is not None and status.area.origin not in (AreaOrigin.GUESSED, AreaOrigin.WHOLE_PICTURE):
         yield from status.area.notes
+
+
+def _source_warnings(source: SourceFacts) -> Iterator[str]:
+    dropped = source.dropped_lately
+    if source.fps is not None and dropped > _DROPPED_SHARE * (dropped + source.fps * 60.0):
+        yield f"{dropped} frames were dropped in the last minute: this machine is too slow or too busy"
+    if _loses_packets(source):
+        yield f"{source.name}: {_packets_lost(source)}"
 
 
 def _trouble(output: OutputFacts) -> str:
@@ -142,9 +150,21 @@ def _source_lines(source: SourceFacts) -> list[str]:
             f"{source.latency_p50_ms:.1f} ms from frame to touch; 99 of 100 within {source.latency_p99_ms:.1f} ms, "
             f"all within {source.latency_max_ms:.1f} ms"
         )
+    if source.packet_loss is not None and source.packet_loss > _SHOWN_PACKET_LOSS:
+        lines.append(f"{'! ' if _loses_packets(source) else ''}{_packets_lost(source)}")
     if source.waiting is not None:
         lines.append(f"! {_one_line(source.waiting)}")
     return lines
+
+
+def _loses_packets(source: SourceFacts) -> bool:
+    """Return whether a source loses so many packets that something should be done about it."""
+    return source.packet_loss is not None and source.packet_loss > PACKET_LOSS_WORTH_TELLING
+
+
+def _packets_lost(source: SourceFacts) -> str:
+    lost = f"{_figure(source.packet_loss, '.1%')} of its packets were lost in the last 10 s"
+    return f"{lost}: {PACKET_LOSS_REMEDY}" if _loses_packets(source) else lost
 
 
 def _surface_lines(surface: SurfaceFacts | None, now_s: float) -> list[str]:

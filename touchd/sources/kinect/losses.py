@@ -3,11 +3,11 @@
 import logging
 
 from touchd.sources.kinect.unpack import PACKETS_PER_FRAME
+from touchd.sources.source import PACKET_LOSS_REMEDY, PACKET_LOSS_WORTH_TELLING
 
 log = logging.getLogger(__name__)
 
 WINDOW_NS = 10_000_000_000
-WORTH_TELLING = 0.02  # of the packets: a stall of 100 ms in our own process costs 0.01
 
 
 class LossWatch:
@@ -33,12 +33,12 @@ class LossWatch:
         if now_ns - self._since_ns < WINDOW_NS:
             return
         self._share = 1.0 - self._came / self._sent
-        if self._share >= WORTH_TELLING:
+        if self._share > PACKET_LOSS_WORTH_TELLING:
             log.warning(
-                "%s: %.1f %% of its packets were lost in the last %.0f s: plug it into another USB port, without a hub"
-                " and away from other cameras; see whether this computer is too busy",
+                "%s: %.1f %% of its packets were lost in the last %.0f s: %s",
                 self._name,
                 self._share * 100.0,
                 (now_ns - self._since_ns) / 1e9,
+                PACKET_LOSS_REMEDY,
             )
         self._since_ns, self._sent, self._came = now_ns, 0, 0

@@ -108,7 +108,8 @@ class KinectSource:
     @property
     def packet_loss(self) -> float | None:
         """Which share of the packets was lost in the last 10 s; None as long as that is not known."""
-        return self._losses.share if self._losses is not None else None
+        losses = self._losses  # read once: the capture thread may let go of it meanwhile
+        return None if losses is None else losses.share
 
     def show(self, state: State) -> None:
         """Let the camera's LED tell how the daemon fares. May be called from any thread."""
