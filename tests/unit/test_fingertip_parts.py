@@ -116,7 +116,7 @@ def test_of_points_too_close_together_the_best_is_kept() -> None:
     assert not close([points[1], points[2]], 8.0)
 
 
-@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 5.1, 6.2), (6.5, 11.0, 16.0)])
+@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 4.1, 6.2), (6.5, 10.0, 16.0)])
 def test_a_touch_begins_lower_than_it_ends(step_mm: float, on_mm: float, off_mm: float) -> None:
     def said(clearance_mm: float) -> tuple[bool, bool, bool]:
         answer = verdict(Fit(0.6, clearance_mm, 0.5, 0.6, 0.9), step_mm)
@@ -128,7 +128,7 @@ def test_a_touch_begins_lower_than_it_ends(step_mm: float, on_mm: float, off_mm:
 
 
 def test_a_poor_fit_must_lie_lower_and_be_seen_twice() -> None:
-    good, poor = Fit(0.6, 4.0, 0.9, 1.0, 0.9), Fit(0.6, 4.0, 1.4, 1.8, 0.9)
+    good, poor = Fit(0.6, 3.0, 0.9, 1.0, 0.9), Fit(0.6, 3.0, 1.4, 1.8, 0.9)
     assert (verdict(good, 1.6).low, verdict(good, 1.6).sure) == (True, True)
     assert (verdict(poor, 1.6).low, verdict(poor, 1.6).sure) == (False, False)
     assert verdict(replace(poor, clearance_mm=0.0), 1.6).low
@@ -140,7 +140,7 @@ def test_a_poor_fit_ends_no_touch() -> None:
 
 
 def test_a_tip_that_its_own_finger_hides_may_read_higher_on_a_fine_sensor() -> None:
-    upright = Fit(1.25, 7.0, 0.9, 1.0, 0.9)
+    upright = Fit(1.25, 6.0, 0.9, 1.0, 0.9)
     assert not verdict(replace(upright, pitch_rad=0.7), 1.6).low
     assert verdict(upright, 1.6).low
     higher = verdict(replace(upright, clearance_mm=13.0), 1.6)
@@ -150,6 +150,12 @@ def test_a_tip_that_its_own_finger_hides_may_read_higher_on_a_fine_sensor() -> N
 def test_what_looks_upright_to_a_coarse_sensor_begins_no_touch() -> None:
     assert verdict(Fit(0.9, 0.0, 0.9, 1.0, 0.9), 6.5).low
     assert not verdict(Fit(1.3, 0.0, 0.9, 1.0, 0.9), 6.5).low
+
+
+def test_what_lies_flatter_than_fingers_and_is_thinner_begins_no_touch() -> None:
+    assert not verdict(Fit(0.1, -3.0, 0.9, 1.0, 0.9), 1.6).low
+    assert verdict(Fit(0.1, -1.0, 0.9, 1.0, 0.9), 1.6).low
+    assert verdict(Fit(0.6, -3.0, 0.9, 1.0, 0.9), 1.6).low
 
 
 def test_of_a_tip_that_is_mostly_another_s_nothing_is_said() -> None:

@@ -6,7 +6,7 @@ The figures come from the fits of rendered fingers whose clearance is known: tho
 from dataclasses import dataclass
 
 # A touch begins below the first and ends above the second, each grown by so many raw steps.
-_ON_MM, _ON_STEPS = 3.2, 1.2
+_ON_MM, _ON_STEPS = 2.2, 1.2
 _OFF_MM, _OFF_STEPS = 3.0, 2.0
 # A fine sensor sees steep fingers, but not their tips, which makes their clearance read too high: by so many mm for
 # each rad beyond a pitch, less and less up to a coarser step.
@@ -18,6 +18,7 @@ _UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.0, 25.0, 2.5
 # A poor fit must lie lower: by so many raw steps for each standard deviation above what good fits have.
 _GOOD, _CORE_STEPS, _MISFIT_STEPS = 1.0, 1.3, 2.0
 _SURE_STEPS, _CLEAR_STEPS = 0.8, 1.5  # of doubt, at most, to begin a touch at first sight, and to end one
+_FLAT_RAD, _THIN_MM = 0.35, -2.5
 _SEEN_AT_ALL, _SEEN_WELL = 0.45, 0.6  # share of the samples that are the finger's own
 
 
@@ -60,12 +61,17 @@ def verdict(fit: Fit, step_mm: float) -> Verdict:
     off_mm = _OFF_MM + _OFF_STEPS * step_mm
     return Verdict(
         clearance_mm,
-        low=fit.seen > _SEEN_WELL and clearance_mm + doubt_mm < _ON_MM + _ON_STEPS * step_mm,
+        low=fit.seen > _SEEN_WELL and not _is_slab(fit) and clearance_mm + doubt_mm < _ON_MM + _ON_STEPS * step_mm,
         sure=doubt_mm < _SURE_STEPS * step_mm,
         kept=clearance_mm < off_mm + unsteady_mm,
         raised=clearance_mm > off_mm + _RAISED_MM,
         lifted=clearance_mm > off_mm + unsteady_mm and doubt_mm < _CLEAR_STEPS * step_mm,
     )
+
+
+def _is_slab(fit: Fit) -> bool:
+    """Return whether it lies flatter than fingers do and is thinner: the edge of a phone, or of a booklet."""
+    return fit.pitch_rad < _FLAT_RAD and fit.clearance_mm < _THIN_MM
 
 
 def _doubt_mm(fit: Fit, step_mm: float) -> float:

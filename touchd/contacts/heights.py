@@ -1,7 +1,7 @@
 """Heights above the surface, and what a pixel is worth on it: tables made once per surface."""
 
 from dataclasses import dataclass
-from math import atan2, cos, sin
+from math import atan2, cos, hypot, sin
 from typing import NamedTuple, TypeAlias, cast
 
 import cv2
@@ -44,7 +44,7 @@ class Lay(NamedTuple):
 
     A step in the surface's tangent plane, x and y in mm, leads ``u_by_x`` · x + ``u_by_y`` · y px to the right in the
     picture, and likewise down. ``u_by_z``, ``v_by_z``: how far a point moves for each mm that it is raised along the
-    normal. ``pixel_mm`` is the size of a pixel on the surface, ``step_mm`` the height of a raw step.
+    normal. ``pixel_mm`` is the size of a pixel on the surface, ``step_mm`` the height of a raw step and of the noise.
     """
 
     u_by_x: float
@@ -103,7 +103,9 @@ class Heights:
         self._surface = surface
         self._z_mm = z_mm
         step = sensor.step_mm[np.clip(np.rint(np.nan_to_num(here_raw)), 0, len(sensor.step_mm) - 1).astype(int)]
-        self._lay = _lay_of(surface_map, step * facing.astype(np.float32))
+        # Noise blurs as rounding to steps does.
+        noise = float(np.median(surface.noise[known])) if known.any() else 0.0
+        self._lay = _lay_of(surface_map, step * facing.astype(np.float32) * np.float32(hypot(1.0, noise)))
         cosine = facing / np.linalg.norm(surface_map.rays, axis=2)
         sure = known & surface.valid & (cosine > _LEAST_COSINE) & (step < _COARSEST_MM)
         self.sure = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_HOLE_PX, _HOLE_PX))) > 0
