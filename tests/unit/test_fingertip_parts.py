@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from touchd.contacts.candidates import Outline, Walk, find_ends
 from touchd.contacts.decide import Fit, verdict
+from touchd.contacts.fit import Fitted
 from touchd.contacts.heights import Lay
 from touchd.contacts.memory import Memory
 from touchd.contacts.neighbours import close, distinct, owned_samples
@@ -188,6 +189,14 @@ def test_a_fit_begins_where_that_of_the_same_finger_would_have_ended() -> None:
     assert 6.2 < again.radius_mm < 8.0
     assert again.pitch_trust > tip.pitch_trust
     assert memory.begin(a_guess(200.0, 80.0)).u == 200.0
+
+
+def test_a_fit_that_could_not_be_solved_rests_where_it_is() -> None:
+    tip = Memory().begin(a_guess(100.0, 80.0, 6.0))
+    samples = np.ones((1, 3), np.float32)
+    axes = [((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
+    fitted = Fitted(samples, samples, samples > 0.0, axes, steps=[[[0.0, 0.0]] * UNKNOWNS])
+    assert fitted.at_rest([tip]) == [tip]
 
 
 def test_of_two_fingers_side_by_side_each_owns_what_is_nearer_to_it() -> None:

@@ -156,7 +156,9 @@ class Fitted:
         """
         resting = [copy(tip) for tip in tips]
         for tip, axis, step in zip(resting, self.axes, self.steps, strict=True):
-            down = -tip.clearance_mm / step[_CLEARANCE][1]
+            variance = step[_CLEARANCE][1]
+            # It is 0 where rounding left nothing to solve; such a tip stays where it is.
+            down = -tip.clearance_mm / variance if variance > 0.0 else 0.0
             _move(tip, axis, [covariance * down for _, covariance in step])
         return resting
 
@@ -223,7 +225,7 @@ def _products(rows: Floats, counted: Floats) -> Floats:
 Prior = tuple[tuple[float, ...], tuple[float, ...]]
 
 
-def _prior(tip: Tip) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def _prior(tip: Tip) -> Prior:
     """Return for each unknown how much it is trusted to be what is likely, and that times how far off it is."""
     clearance_trust = LIVE_TRUST if tip.guess.live else CLEARANCE_TRUST
     clearance_trust /= 1.0 + (tip.clearance_mm / _LIFTED_MM) ** 2
@@ -240,7 +242,7 @@ def _prior(tip: Tip) -> tuple[tuple[float, ...], tuple[float, ...]]:
     )
 
 
-def _steps(products: Floats, priors: list[tuple[tuple[float, ...], tuple[float, ...]]]) -> list[list[list[float]]]:
+def _steps(products: Floats, priors: list[Prior]) -> list[list[list[float]]]:
     """Return for N tips and each unknown the best step, and its covariance with the clearance.
 
     The best step leads to the least sum of weighed squared residuals and of distances from what is likely.
