@@ -10,7 +10,7 @@ from touchd.contacts.fit import Fitted
 from touchd.contacts.heights import Lay
 from touchd.contacts.memory import Memory
 from touchd.contacts.neighbours import close, distinct, owned_samples
-from touchd.contacts.patch import UNKNOWNS, finger_height, make_bank, reading
+from touchd.contacts.patch import HIGHEST_MM, UNKNOWNS, finger_height, make_bank, reading, seen_height
 from touchd.contacts.tips import Guess
 from touchd.geometry import kinect_v1_sensor
 
@@ -38,6 +38,28 @@ def test_a_steeper_finger_rises_faster() -> None:
     assert heights == sorted(heights)
 
 
+@pytest.mark.parametrize("lean", [-0.5, 0.0, 0.4])
+def test_what_is_seen_at_an_angle_lies_on_the_finger_where_the_rays_meet_it(lean: float) -> None:
+    radius, pitch = 6.5, 0.7
+    along, across = (grid.ravel() for grid in np.meshgrid(np.linspace(-9.0, 20.0, 30), np.linspace(-8.0, 8.0, 9)))
+    height = seen_height(along, across, radius, pitch, lean)
+    seen = (height > 0.5) & (height < HIGHEST_MM)
+    assert seen.sum() > 60
+    above = height[seen] - radius  # the ball's centre, where the finger begins
+    points = np.stack([along[seen] - lean * above, across[seen], above])
+    way = np.maximum(points[0] * np.cos(pitch) + points[2] * np.sin(pitch), 0.0)
+    off = points - np.stack([way * np.cos(pitch), np.zeros_like(way), way * np.sin(pitch)])
+    # It grows thicker on the way back.
+    assert np.linalg.norm(off, axis=0) == pytest.approx(radius + 0.03 * way, rel=0.03, abs=0.3)
+
+
+def test_the_bank_holds_as_many_ways_of_looking_as_the_surface_needs() -> None:
+    pixel, step = np.array([1.3], np.float32), np.array([1.6], np.float32)
+    assert make_bank(kinect_v1_sensor(), pixel, step, 0.1).leans == (0.0,)
+    assert make_bank(kinect_v1_sensor(), pixel, step, 0.3).leans == (-0.25, 0.0, 0.25)
+    assert make_bank(kinect_v1_sensor(), pixel, step, 9.0).leans == (-0.75, -0.5, -0.25, 0.0, 0.25, 0.5, 0.75)
+
+
 def test_a_window_over_one_surface_reads_its_height() -> None:
     height = np.array([0.0, 5.0, 12.0], np.float32)
     np.testing.assert_allclose(reading(height, height**2, height**3, 8.0), height, atol=0.01)
@@ -50,7 +72,7 @@ def test_a_window_over_two_near_surfaces_reads_between_them_more_like_the_higher
 
 
 def test_the_bank_s_slopes_predict_its_heights() -> None:
-    bank = make_bank(kinect_v1_sensor(), np.array([2.6], np.float32), np.array([6.5], np.float32))
+    bank = make_bank(kinect_v1_sensor(), np.array([2.6], np.float32), np.array([6.5], np.float32), 0.3)
     assert bank.templates.shape == (len(bank.middles), 2 + UNKNOWNS, bank.places_mm.shape[2])
     # The clearances of one radius and pitch lie next to each other: 0 and 4 mm.
     assert bank.middles[:2, 1].tolist() == [0.0, 4.0]
@@ -117,10 +139,15 @@ def test_of_points_too_close_together_the_best_is_kept() -> None:
     assert not close([points[1], points[2]], 8.0)
 
 
-@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 4.1, 6.2), (6.5, 10.0, 16.0)])
+def a_fit(pitch_rad: float, clearance_mm: float, misfit: float, core: float, seen: float) -> Fit:
+    """A fit of a finger that the camera sees from straight above."""
+    return Fit(pitch_rad, pitch_rad, clearance_mm, misfit, core, seen)
+
+
+@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 4.3, 7.0), (6.5, 10.6, 19.2)])
 def test_a_touch_begins_lower_than_it_ends(step_mm: float, on_mm: float, off_mm: float) -> None:
     def said(clearance_mm: float) -> tuple[bool, bool, bool]:
-        answer = verdict(Fit(0.6, clearance_mm, 0.5, 0.6, 0.9), step_mm)
+        answer = verdict(a_fit(0.6, clearance_mm, 0.5, 0.6, 0.9), step_mm)
         return answer.low, answer.kept, answer.lifted
 
     assert said(on_mm - 0.3) == (True, True, False)
@@ -129,42 +156,41 @@ def test_a_touch_begins_lower_than_it_ends(step_mm: float, on_mm: float, off_mm:
 
 
 def test_a_poor_fit_must_lie_lower_and_be_seen_twice() -> None:
-    good, poor = Fit(0.6, 3.0, 0.9, 1.0, 0.9), Fit(0.6, 3.0, 1.4, 1.8, 0.9)
+    good, poor = a_fit(0.6, 3.0, 0.9, 1.0, 0.9), a_fit(0.6, 3.0, 1.4, 1.8, 0.9)
     assert (verdict(good, 1.6).low, verdict(good, 1.6).sure) == (True, True)
     assert (verdict(poor, 1.6).low, verdict(poor, 1.6).sure) == (False, False)
     assert verdict(replace(poor, clearance_mm=0.0), 1.6).low
 
 
 def test_a_poor_fit_ends_no_touch() -> None:
-    assert verdict(Fit(0.6, 12.0, 0.9, 1.0, 0.9), 1.6).lifted
-    assert not verdict(Fit(0.6, 12.0, 1.5, 2.0, 0.9), 1.6).lifted
+    assert verdict(a_fit(0.6, 12.0, 0.9, 1.0, 0.9), 1.6).lifted
+    assert not verdict(a_fit(0.6, 12.0, 1.5, 2.0, 0.9), 1.6).lifted
 
 
-def test_a_tip_that_its_own_finger_hides_may_read_higher_on_a_fine_sensor() -> None:
-    upright = Fit(1.25, 6.0, 0.9, 1.0, 0.9)
-    assert not verdict(replace(upright, pitch_rad=0.7), 1.6).low
-    assert verdict(upright, 1.6).low
-    higher = verdict(replace(upright, clearance_mm=13.0), 1.6)
-    assert (higher.kept, higher.raised, higher.lifted) == (True, True, False)
+def test_what_is_seen_of_a_finger_from_behind_may_read_higher_for_a_moment_on_a_fine_sensor() -> None:
+    level = a_fit(0.8, 11.0, 0.9, 1.0, 0.9)
+    assert verdict(level, 1.6).lifted
+    from_behind = verdict(replace(level, seen_pitch_rad=1.25), 1.6)
+    assert (from_behind.kept, from_behind.raised, from_behind.lifted) == (True, True, False)
 
 
 def test_what_looks_upright_to_a_coarse_sensor_begins_no_touch() -> None:
-    assert verdict(Fit(0.9, 0.0, 0.9, 1.0, 0.9), 6.5).low
-    assert not verdict(Fit(1.3, 0.0, 0.9, 1.0, 0.9), 6.5).low
+    assert verdict(a_fit(0.9, 0.0, 0.9, 1.0, 0.9), 6.5).low
+    assert not verdict(a_fit(1.3, 0.0, 0.9, 1.0, 0.9), 6.5).low
 
 
 def test_what_lies_flatter_than_fingers_and_is_thinner_begins_no_touch() -> None:
-    assert not verdict(Fit(0.1, -3.0, 0.9, 1.0, 0.9), 1.6).low
-    assert verdict(Fit(0.1, -1.0, 0.9, 1.0, 0.9), 1.6).low
-    assert verdict(Fit(0.6, -3.0, 0.9, 1.0, 0.9), 1.6).low
+    assert not verdict(a_fit(0.1, -3.0, 0.9, 1.0, 0.9), 1.6).low
+    assert verdict(a_fit(0.1, -1.0, 0.9, 1.0, 0.9), 1.6).low
+    assert verdict(a_fit(0.6, -3.0, 0.9, 1.0, 0.9), 1.6).low
 
 
 def test_of_a_tip_that_is_mostly_another_s_nothing_is_said() -> None:
-    answer = verdict(Fit(0.6, 0.0, 0.9, 1.0, 0.3), 1.6)
+    answer = verdict(a_fit(0.6, 0.0, 0.9, 1.0, 0.3), 1.6)
     assert (answer.low, answer.kept, answer.lifted) == (False, False, False)
 
 
-LAY = Lay(0.77, 0.01, -0.02, 0.76, 0.05, -0.04, 1.3, 1.6)
+LAY = Lay(0.77, 0.01, -0.02, 0.76, 0.05, -0.04, 0.066, -0.051, 1.3, 1.6)
 
 
 def test_a_direction_on_the_surface_leads_to_the_picture_and_back() -> None:
@@ -185,8 +211,8 @@ def test_a_fit_begins_where_that_of_the_same_finger_would_have_ended() -> None:
     again = memory.begin(a_guess(110.0, 81.0, 6.5))
     assert (again.u, again.v) == (112.0, 81.0)
     assert [again.angle, again.clearance_mm] == pytest.approx([0.7, 1.5])
-    assert 0.65 < again.pitch_rad < 0.9
-    assert 6.2 < again.radius_mm < 8.0
+    assert 0.85 < again.pitch_rad < 0.9
+    assert 6.6 < again.radius_mm < 8.0
     assert again.pitch_trust > tip.pitch_trust
     assert memory.begin(a_guess(200.0, 80.0)).u == 200.0
 

@@ -6,17 +6,15 @@ The figures come from the fits of rendered fingers whose clearance is known: tho
 from dataclasses import dataclass
 
 # A touch begins below the first and ends above the second, each grown by so many raw steps.
-_ON_MM, _ON_STEPS = 2.2, 1.2
-_OFF_MM, _OFF_STEPS = 3.0, 2.0
-# A fine sensor sees steep fingers, but not their tips, which makes their clearance read too high: by so many mm for
-# each rad beyond a pitch, less and less up to a coarser step.
-_STEEP_RAD, _STEEP_MM, _STEEP_UP_TO_STEP = 1.1, 18.0, 3.0
-# Their reading is unsteady as well, so that it may be higher in a single picture while a touch lasts.
-_UNSTEADY_RAD, _UNSTEADY_MM, _RAISED_MM = 0.98, 25.0, 1.0
+_ON_MM, _ON_STEPS = 2.2, 1.3
+_OFF_MM, _OFF_STEPS = 3.0, 2.5
+# What a fine sensor sees of steep fingers is unsteady, so that it may be higher in a single picture while a touch
+# lasts: by so many mm for each rad beyond a pitch, less and less up to a coarser step.
+_UNSTEADY_RAD, _UNSTEADY_MM, _FINE_UP_TO_STEP, _RAISED_MM = 1.0, 20.0, 3.0, 1.0
 # To a coarse sensor, what looks upright is no finger.
 _UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.0, 25.0, 2.5
 # A poor fit must lie lower: by so many raw steps for each standard deviation above what good fits have.
-_GOOD, _CORE_STEPS, _MISFIT_STEPS = 1.0, 1.3, 2.0
+_GOOD, _CORE_STEPS, _MISFIT_STEPS = 1.0, 0.8, 3.0
 _SURE_STEPS, _CLEAR_STEPS = 0.8, 1.5  # of doubt, at most, to begin a touch at first sight, and to end one
 _FLAT_RAD, _THIN_MM = 0.35, -2.5
 _SEEN_AT_ALL, _SEEN_WELL = 0.45, 0.6  # share of the samples that are the finger's own
@@ -24,9 +22,10 @@ _SEEN_AT_ALL, _SEEN_WELL = 0.45, 0.6  # share of the samples that are the finger
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """One fitted fingertip, in plain numbers."""
+    """One fitted fingertip, in plain numbers; ``seen_pitch_rad`` is its pitch towards the camera's way of looking."""
 
     pitch_rad: float
+    seen_pitch_rad: float
     clearance_mm: float
     misfit: float
     core: float
@@ -54,10 +53,9 @@ def verdict(fit: Fit, step_mm: float) -> Verdict:
     """Return whether a fingertip touches, where a raw step of the sensor is ``step_mm`` high."""
     if fit.seen < _SEEN_AT_ALL:
         return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, raised=False, lifted=False)
-    fine = max(0.0, _STEEP_UP_TO_STEP - step_mm)
-    hidden_mm = _STEEP_MM * fine * max(0.0, fit.pitch_rad - _STEEP_RAD)
-    clearance_mm, doubt_mm = fit.clearance_mm - hidden_mm, _doubt_mm(fit, step_mm)
-    unsteady_mm = _UNSTEADY_MM * fine * max(0.0, fit.pitch_rad - _UNSTEADY_RAD)
+    clearance_mm, doubt_mm = fit.clearance_mm, _doubt_mm(fit, step_mm)
+    fine = max(0.0, _FINE_UP_TO_STEP - step_mm)
+    unsteady_mm = _UNSTEADY_MM * fine * max(0.0, fit.seen_pitch_rad - _UNSTEADY_RAD)
     off_mm = _OFF_MM + _OFF_STEPS * step_mm
     return Verdict(
         clearance_mm,
@@ -77,5 +75,5 @@ def _is_slab(fit: Fit) -> bool:
 def _doubt_mm(fit: Fit, step_mm: float) -> float:
     """Return how much lower than a good fit one must lie to count the same."""
     poor = _CORE_STEPS * max(0.0, fit.core - _GOOD) + _MISFIT_STEPS * max(0.0, fit.misfit - _GOOD)
-    upright = max(0.0, step_mm - _UPRIGHT_FROM_STEP) * max(0.0, fit.pitch_rad - _UPRIGHT_RAD)
+    upright = max(0.0, step_mm - _UPRIGHT_FROM_STEP) * max(0.0, fit.seen_pitch_rad - _UPRIGHT_RAD)
     return step_mm * poor + _UPRIGHT_MM * upright

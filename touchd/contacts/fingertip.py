@@ -63,7 +63,7 @@ class FingertipMethod:
         self._memory = Memory()
         self._before = _Before()
         self._things = Things(self._heights, levels_mm, step_mm)
-        self._fitter = Fitter(_bank_for(sizes_mm, place))
+        self._fitter = Fitter(_bank_for(sizes_mm, self._heights.steepest_lean(), place))
         self._walk = _walk_for(pixel_mm, place.surface.sensor.fatten_px)
         ahead_px = [self._fitter.reach_mm(pixel_mm, level) / pixel_mm for level in levels_mm]
         self._starts = Starts(self._heights, place, ahead_px, pixel_mm)
@@ -123,7 +123,9 @@ class FingertipMethod:
     def _judge(self, found: Found, i: int, before: "_Before", sighting: Sighting) -> None:
         """Add one fingertip to what is said of the picture; ``before``: what was of the last one."""
         tip, resting, quality = found.tips[i], found.resting[i], found.quality
-        fit = Fit(tip.pitch_rad, tip.clearance_mm, quality.misfit[i], quality.core[i], quality.seen[i])
+        fit = Fit(
+            tip.pitch_rad, tip.seen_pitch_rad, tip.clearance_mm, quality.misfit[i], quality.core[i], quality.seen[i]
+        )
         said = verdict(fit, self._step_mm)
         u, v = resting.foot_px
         if not (said.kept or said.lifted) or not self._is_sure(u, v):
@@ -182,7 +184,7 @@ def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:
     )
 
 
-def _bank_for(sizes_mm: tuple[Floats, Floats], place: Place) -> PatchBank:
+def _bank_for(sizes_mm: tuple[Floats, Floats], steepest_lean: float, place: Place) -> PatchBank:
     """Return templates for all sizes that a pixel has on the usable surface, given with those of the raw steps."""
     pixel_mm, step_mm = sizes_mm if sizes_mm[0].size else (np.ones(1, np.float32), np.ones(1, np.float32))
     low, high = np.quantile(pixel_mm, [0.01, 0.99]).tolist()
@@ -190,7 +192,7 @@ def _bank_for(sizes_mm: tuple[Floats, Floats], place: Place) -> PatchBank:
     scales = np.geomspace(low, high, 2 * count + 1)[1::2].astype(np.float32)
     order = np.argsort(pixel_mm, kind="stable")
     steps = np.interp(scales, pixel_mm[order], step_mm[order]).astype(np.float32)
-    return make_bank(place.surface.sensor, scales, steps)
+    return make_bank(place.surface.sensor, scales, steps, steepest_lean)
 
 
 def _half_turn(angle: float) -> float:

@@ -4,14 +4,14 @@ from bisect import bisect
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from math import cos, sin, sqrt
 
 import cv2
 import numpy as np
 
 from touchd.contacts.heights import Box, Bytes, as_floats
-from touchd.contacts.patch import CLEARANCES_MM, PITCHES_RAD, RADII_MM, UNKNOWNS, PatchBank
+from touchd.contacts.patch import CLEARANCES_MM, RADII_MM, UNKNOWNS, PatchBank
 from touchd.contacts.tips import CLEARANCE_TRUST, LIVE_TRUST, Tip
 from touchd.model import Floats, Mask
 
@@ -19,7 +19,7 @@ from touchd.model import Floats, Mask
 # slopes hold only nearby.
 _ALONG_TRUST, _TURN_TRUST = 5.0**-2, 0.4**-2
 _ALONG_MM, _TURN_RAD, _PITCH_RAD, _CLEARANCE_MM, _RADIUS_MM = 6.0, 0.4, 0.3, 15.0, 2.0
-_PITCHES, _CLEARANCES, _RADII = (0.0, 1.35), (-4.0, 45.0), (3.2, 9.5)  # least and most
+_PITCHES, _CLEARANCES, _RADII = (0.0, 1.4), (-4.0, 45.0), (3.2, 9.5)  # least and most
 _LIFTED_MM = 8.0  # the prior on the clearance fades with what is seen to be higher
 # Neighbouring samples share their noise, so that they tell less than their number: 1 / 2.5².
 _INDEPENDENT = np.float32(0.16)
@@ -27,7 +27,7 @@ _INDEPENDENT = np.float32(0.16)
 _DOUBTFUL, _DOUBTFUL_BESIDE = 5.0, 2.0
 _MISFIT_CUT, _CORE_CUT = np.float32(3.0), np.float32(8.0)
 _READABLE = 220  # of 255: a sample needs readings all around
-_OF_RADIUS, _OF_PITCH = len(PITCHES_RAD) * len(CLEARANCES_MM), len(CLEARANCES_MM)
+_OF_PITCH, _OF_RADIUS = len(RADII_MM) * len(CLEARANCES_MM), len(CLEARANCES_MM)
 _SIDE, _CLEARANCE = UNKNOWNS + 1, 4  # the clearance is the fifth of the unknowns
 
 
@@ -81,9 +81,11 @@ class Fitter:
 
     def __init__(self, bank: PatchBank) -> None:
         self._bank = bank
-        self._scales, self._radii, self._pitches, self._clearances = (
-            _between(values) for values in (bank.scales_mm.tolist(), RADII_MM, PITCHES_RAD, CLEARANCES_MM)
+        self._scales, self._radii, self._clearances, self._leans = (
+            _between(values) for values in (bank.scales_mm.tolist(), RADII_MM, CLEARANCES_MM, bank.leans)
         )
+        self._pitches = [_between(pitches) for pitches in bank.pitches_rad]
+        self._of_lean = [0, *accumulate(len(pitches) * _OF_PITCH for pitches in bank.pitches_rad)]
         self._middles: list[list[float]] = bank.middles.tolist()
         ones = np.ones((len(bank.scales_mm), 1, bank.places_mm.shape[2]), np.float32)
         self._places = np.concatenate([bank.places_mm, ones], axis=1)
@@ -92,7 +94,7 @@ class Fitter:
     def bed(self, tips: Sequence[Tip]) -> Bed:
         """Return what fits need to know of where tips are."""
         scale = [bisect(self._scales, tip.guess.lay.pixel_mm) for tip in tips]
-        first = [len(RADII_MM) * _OF_RADIUS * k for k in scale]
+        first = [self._of_lean[-1] * k for k in scale]
         return Bed(first, self._places[scale], self._bank.core[scale], self._above[scale])
 
     def fit(self, tips: Sequence[Tip], bed: Bed, picture: Picture, owned: Floats, rounds: int) -> "Fitted":
@@ -122,8 +124,8 @@ class Fitter:
     def reach_mm(self, pixel_mm: float, level_mm: float) -> float:
         """Return where along a typical touching finger its heights pass a level, from the ball's centre."""
         scale = bisect(self._scales, pixel_mm)
-        near = (bisect(self._radii, 6.4) * len(PITCHES_RAD) + bisect(self._pitches, 0.6)) * len(CLEARANCES_MM)
-        at = scale * len(RADII_MM) * _OF_RADIUS + near
+        level = len(self._leans) // 2
+        at = self._of_lean[-1] * scale + self._of_lean[level] + self._shape(level, 0.6, 6.4, 0.0)
         rows = self._bank.templates[at]
         heights = (rows[0] + (np.array([0.6, 0.0, 6.4], np.float32) - self._bank.middles[at]) @ rows[5:]) / rows[1]
         along, across = self._bank.places_mm[scale]
@@ -131,8 +133,13 @@ class Fitter:
 
     def _nearest(self, first: int, tip: Tip) -> int:
         """Return the index of the template that is nearest to a tip's shape."""
-        radius, pitch = bisect(self._radii, tip.radius_mm), bisect(self._pitches, tip.pitch_rad)
-        return first + radius * _OF_RADIUS + pitch * _OF_PITCH + bisect(self._clearances, tip.clearance_mm)
+        lean = bisect(self._leans, tip.lean)
+        return first + self._of_lean[lean] + self._shape(lean, tip.pitch_rad, tip.radius_mm, tip.clearance_mm)
+
+    def _shape(self, lean: int, pitch_rad: float, radius_mm: float, clearance_mm: float) -> int:
+        """Return which of a lean's templates is nearest to a shape."""
+        pitch, radius = bisect(self._pitches[lean], pitch_rad), bisect(self._radii, radius_mm)
+        return _OF_PITCH * pitch + _OF_RADIUS * radius + bisect(self._clearances, clearance_mm)
 
 
 @dataclass(frozen=True, slots=True)

@@ -44,7 +44,8 @@ class Lay(NamedTuple):
 
     A step in the surface's tangent plane, x and y in mm, leads ``u_by_x`` · x + ``u_by_y`` · y px to the right in the
     picture, and likewise down. ``u_by_z``, ``v_by_z``: how far a point moves for each mm that it is raised along the
-    normal. ``pixel_mm`` is the size of a pixel on the surface, ``step_mm`` the height of a raw step and of the noise.
+    normal; ``x_by_z``, ``y_by_z``: how far (mm) on the surface. ``pixel_mm`` is the size of a pixel on
+    the surface, ``step_mm`` the height of a raw step and of the noise.
     """
 
     u_by_x: float
@@ -53,6 +54,8 @@ class Lay(NamedTuple):
     v_by_y: float
     u_by_z: float
     v_by_z: float
+    x_by_z: float
+    y_by_z: float
     pixel_mm: float
     step_mm: float
 
@@ -65,6 +68,9 @@ class Lay(NamedTuple):
         """Return the direction on the surface that a step in the picture has."""
         # The inverse of a 2 x 2 matrix but for its determinant, which is above 0 and turns nothing.
         return atan2(self.u_by_x * dv - self.v_by_x * du, self.v_by_y * du - self.u_by_y * dv)
+
+
+_SLID, _PIXEL, _STEP = slice(6, 8), 8, 9  # where in it
 
 
 def as_floats(picture: MatLike) -> Floats:
@@ -149,9 +155,18 @@ class Heights:
 
     def sizes_mm(self) -> tuple[Floats, Floats]:
         """Return the sizes of pixels and of raw steps all over the usable surface, (N,) each."""
+        at = self._usable_lay()
+        return at[:, _PIXEL], at[:, _STEP]
+
+    def steepest_lean(self) -> float:
+        """Return how far at most (mm) what stands 1 mm higher is seen elsewhere on the usable surface."""
+        at = self._usable_lay()[:, _SLID]
+        return float(np.hypot(at[:, 0], at[:, 1]).max(initial=0.0))
+
+    def _usable_lay(self) -> Floats:
         seen = self.usable[_CELL_PX // 2 :: _CELL_PX, _CELL_PX // 2 :: _CELL_PX]
-        at = self._lay[: seen.shape[0], : seen.shape[1]][seen]
-        return at[:, 6], at[:, 7]
+        found: Floats = self._lay[: seen.shape[0], : seen.shape[1]][seen]
+        return found
 
 
 def _limits(to_mm: Floats) -> tuple[int, int]:
@@ -161,7 +176,7 @@ def _limits(to_mm: Floats) -> tuple[int, int]:
 
 
 def _lay_of(surface_map: SurfaceMap, step_mm: Floats) -> Floats:
-    """Return the numbers of :class:`Lay` (rows, columns, 8) for each cell of the picture.
+    """Return the numbers of :class:`Lay` (rows, columns, 10) for each cell of the picture.
 
     With a ray d and its depth Z, a step along the picture moves the point P = Z·d within the tangent plane n·dP = 0:
     dP = Z·dd - Z·(n·dd)/(n·d)·d. Raising P by one mm along n turns its ray by (n - d·n_z)/Z.
@@ -187,7 +202,14 @@ def _lay_of(surface_map: SurfaceMap, step_mm: Floats) -> Floats:
     turned = ((normal - ray * normal[..., 2:]) / depth)[..., :2]
     rise = np.linalg.solve(np.stack([by_u[..., :2], by_v[..., :2]], -1), turned[..., None])[..., 0]
     pixel_mm = np.sqrt(np.abs(np.linalg.det(mm_per_px)))
-    parts = [np.linalg.inv(mm_per_px).reshape(*pixel_mm.shape, 4), rise, pixel_mm[..., None], step_mm[at][..., None]]
+    slid = (mm_per_px @ rise[..., None])[..., 0]
+    parts = [
+        np.linalg.inv(mm_per_px).reshape(*pixel_mm.shape, 4),
+        rise,
+        slid,
+        pixel_mm[..., None],
+        step_mm[at][..., None],
+    ]
     return np.concatenate(parts, axis=-1).astype(np.float32)
 
 

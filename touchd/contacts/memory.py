@@ -5,7 +5,7 @@ from math import pi, tau
 
 from touchd.contacts.tips import LIKELY_PITCH_RAD, LIKELY_RADIUS_MM, PITCH_TRUST, RADIUS_TRUST, Guess, Tip
 
-_PITCH_RAD, _RADIUS_MM = 0.6, 6.3  # where the fit of a finger begins that was not seen before
+_PITCH_RAD, _RADIUS_MM = 0.8, 6.6  # where the fit of a finger begins that was not seen before
 _FARTHEST_MM = 35.0  # that a finger moves in a frame
 # One over the variance of pitch and radius given those of the frame before, and how much of the way back to any
 # finger's an estimate goes in each frame, so that no error feeds itself for long.

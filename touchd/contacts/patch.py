@@ -8,6 +8,7 @@ they change with each of the six unknowns, so that fitting one only has to look 
 
 from dataclasses import dataclass
 from itertools import product
+from math import atan, ceil, cos, sin
 
 import cv2
 import numpy as np
@@ -15,12 +16,17 @@ import numpy as np
 from touchd.geometry import Doubles
 from touchd.model import Floats, Mask, Sensor, frozen_array
 
-RADII_MM = (3.6, 4.3, 5.0, 5.8, 6.6, 7.4, 8.4)
-PITCHES_RAD = (0.08, 0.24, 0.4, 0.56, 0.72, 0.88, 1.04, 1.2)
+RADII_MM = (3.8, 4.8, 5.8, 6.8, 8.0)
 CLEARANCES_MM = (0.0, 4.0, 8.0, 13.0, 20.0, 30.0)
 UNKNOWNS = 6  # along, across (mm), turn (rad), pitch (rad), clearance (mm), radius (mm)
 
+_LEAN_STEP, _STEEPEST_LEAN = 0.25, 0.75
+# Pitches as the camera sees them, beside its own way of looking.
+_SEEN_PITCHES_RAD = (-0.6, -0.4, -0.2, 0.0, 0.17, 0.34, 0.5, 0.66, 0.8, 0.93, 1.05, 1.15, 1.24, 1.32, 1.39)
+_PITCH_MARGIN_RAD, _STEEPEST_RAD, _PITCH_STEP_RAD = 0.1, 1.5, 0.1
 _TAPER = 0.03  # a finger's radius grows by this much for each mm of the way back
+_STEEPEST_COS = 0.05
+HIGHEST_MM = 120.0
 _SUBPIXELS = 3
 _ROWS, _COLUMNS = 13, 11
 _AROUND_MM, _BEHIND_MM = 7.0, 15.0  # how far the places reach, before the window's half is added
@@ -46,87 +52,126 @@ class PatchBank:
     """Templates over a grid of S places around the tip, T of them; all arrays are float32.
 
     ``scales_mm`` (K,): sizes of a pixel on the surface. ``places_mm`` (K, 2, S): the places along and across the
-    finger, along growing towards the hand; ``core`` (K, S) bool: those on the finger's middle. ``templates``
-    (T, 8, S): of each place its height times its weight, the weight (one over what a sample may differ, in mm), and
-    how the height changes per unit of each of the six unknowns, times the weight. ``middles`` (T, 3): pitch, clearance
-    and radius of each template. Templates are in the order of scale, radius, pitch and clearance.
+    finger, along growing towards the hand; ``core`` (K, S) bool: those on the finger's middle. ``leans`` (L,): how far
+    along the finger (mm) what is higher by 1 mm is seen. ``pitches_rad``: for each lean the pitches that there are
+    templates for. ``templates`` (T, 8, S): of each place its height times its weight, the weight (one over what a
+    sample may differ, in mm), and how the height changes per unit of each of the six unknowns, times the weight.
+    ``middles`` (T, 3): pitch, clearance and radius of each template. Templates are in the order of scale, lean, pitch,
+    radius and clearance.
     """
 
     scales_mm: Floats
     places_mm: Floats
     core: Mask
+    leans: tuple[float, ...]
+    pitches_rad: tuple[tuple[float, ...], ...]
     templates: Floats
     middles: Floats
 
 
-def make_bank(sensor: Sensor, scales_mm: Floats, steps_mm: Floats) -> PatchBank:
-    """Return the bank for pixels of these sizes (K,) on the surface, where a raw step has these sizes (K,)."""
+@dataclass(frozen=True, slots=True)
+class _Grid:
+    """Where a pixel size is looked at: places (S,) in mm along and across a finger, and what the sensor is like."""
+
+    along: Doubles
+    across: Doubles
+    pixel_mm: float
+    step_mm: float
+    window_px: int
+
+    @classmethod
+    def of(cls, pixel_mm: float, step_mm: float, window_px: int) -> "_Grid":
+        half = 0.5 * window_px * pixel_mm
+        rows = np.linspace(-_AROUND_MM - half, _BEHIND_MM + half, _ROWS)
+        columns = np.linspace(-_AROUND_MM - half, _AROUND_MM + half, _COLUMNS)
+        along, across = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
+        return cls(along, across, pixel_mm, step_mm, window_px)
+
+
+def make_bank(sensor: Sensor, scales_mm: Floats, steps_mm: Floats, steepest_lean: float) -> PatchBank:
+    """Return the bank for pixels of these sizes (K,) on the surface, where a raw step has these sizes (K,).
+
+    ``steepest_lean``: how far at most (mm) what is higher by 1 mm is seen elsewhere, in any direction.
+    """
     window_px = 2 * round(sensor.fatten_px) + 1
-    parts = [_of_one_scale(float(m), float(step), window_px) for m, step in zip(scales_mm, steps_mm, strict=True)]
-    along, across, heights, slopes, noise = (np.stack(list(column)) for column in zip(*parts, strict=True))
-    weights = 1.0 / noise.reshape(-1, 1, along.shape[1])
-    rows = [np.ones_like(weights), np.moveaxis(slopes.reshape(-1, along.shape[1], UNKNOWNS), 2, 1)]
-    templates = np.concatenate([heights.reshape(weights.shape), *rows], axis=1) * weights
-    shapes = [(pitch, clearance, radius) for radius, pitch, clearance in product(RADII_MM, PITCHES_RAD, CLEARANCES_MM)]
+    grids = [_Grid.of(float(m), float(step), window_px) for m, step in zip(scales_mm, steps_mm, strict=True)]
+    count = ceil(min(steepest_lean, _STEEPEST_LEAN) / _LEAN_STEP - 0.5)
+    leans = tuple(_LEAN_STEP * k for k in range(-count, count + 1))
+    pitches = tuple(_pitches(lean) for lean in leans)
+    parts = [
+        _templates(grid, lean, pitch)
+        for grid in grids
+        for lean, some in zip(leans, pitches, strict=True)
+        for pitch in some
+    ]
+    shapes = [
+        (pitch, clearance, radius)
+        for some in pitches
+        for pitch, radius, clearance in product(some, RADII_MM, CLEARANCES_MM)
+    ]
+    across = np.stack([grid.across for grid in grids])
+    places = np.stack([np.stack([grid.along for grid in grids]), across], 1)
     return PatchBank(
         scales_mm=frozen_array(np.asarray(scales_mm, np.float32)),
-        places_mm=frozen_array(np.stack([along, across], 1).astype(np.float32)),
+        places_mm=frozen_array(places.astype(np.float32)),
         core=frozen_array(np.abs(across) < _CORE_MM),
-        templates=frozen_array(np.ascontiguousarray(templates, np.float32)),
-        middles=frozen_array(np.tile(np.array(shapes, np.float32), (len(parts), 1))),
+        leans=leans,
+        pitches_rad=pitches,
+        templates=frozen_array(np.concatenate(parts)),
+        middles=frozen_array(np.tile(np.array(shapes, np.float32), (len(grids), 1))),
     )
 
 
-def _of_one_scale(pixel_mm: float, step_mm: float, window_px: int) -> tuple[Doubles, Doubles, Floats, Floats, Floats]:
-    """Return places (S,) along and across, heights (R, P, C, S), slopes (R, P, C, S, 6) and noise (R, P, C, S)."""
-    half = 0.5 * window_px * pixel_mm
-    rows = np.linspace(-_AROUND_MM - half, _BEHIND_MM + half, _ROWS)
-    columns = np.linspace(-_AROUND_MM - half, _AROUND_MM + half, _COLUMNS)
-    along, across = (grid.ravel() for grid in np.meshgrid(rows, columns, indexing="ij"))
-    delta = _OUTLINE_PX * pixel_mm
-    seen = _seen_around(along, across, delta, pixel_mm, step_mm, window_px)
+def _pitches(lean: float) -> tuple[float, ...]:
+    """Return the pitches to have templates for: the denser the steeper they look to the camera."""
+    turn = atan(lean)
+    return tuple(seen + turn for seen in _SEEN_PITCHES_RAD if -_PITCH_MARGIN_RAD < seen + turn < _STEEPEST_RAD)
+
+
+def _templates(grid: _Grid, lean: float, pitch: float) -> Floats:
+    """Return the templates (R * C, 8, S) for one pitch, in the order of radius and clearance."""
+    along, across, delta = grid.along, grid.across, _OUTLINE_PX * grid.pixel_mm
+    flatter, steeper = pitch - _PITCH_STEP_RAD, pitch + _PITCH_STEP_RAD
+    below, above = (_seen_around(grid, lean, turned, _ASIDE[:1]) for turned in (flatter, steeper))
+    seen = _seen_around(grid, lean, pitch, _ASIDE * delta)
     heights = seen[..., 0, :]
     by_along = (seen[..., 1, :] - seen[..., 2, :]) / (2.0 * delta)
     by_across = (seen[..., 3, :] - seen[..., 4, :]) / (2.0 * delta)
-    slopes = np.empty((*heights.shape, UNKNOWNS), np.float32)
     # Moving the tip by +1 moves the picture under a fixed place by -1.
-    slopes[..., 0] = -by_along
-    slopes[..., 1] = -by_across
-    slopes[..., 2] = by_along * across - by_across * along
-    slopes[..., 3] = np.gradient(heights, np.array(PITCHES_RAD), axis=1)
-    slopes[..., 4] = np.gradient(heights, np.array(CLEARANCES_MM), axis=2)
-    slopes[..., 5] = np.gradient(heights, np.array(RADII_MM), axis=0)
-    way = np.maximum(along, 0.0) / np.cos(np.array(PITCHES_RAD))[:, None]
-    bend = max(_BEND_MM / step_mm, _LEAST_BEND) * np.maximum(way - _STRAIGHT_MM, 0.0)[None, :, None]
+    slopes = (
+        -by_along,
+        -by_across,
+        by_along * across - by_across * along,
+        (above[..., 0, :] - below[..., 0, :]) / (2.0 * _PITCH_STEP_RAD),
+        np.gradient(heights, np.array(CLEARANCES_MM), axis=1),
+        np.gradient(heights, np.array(RADII_MM), axis=0),
+    )
+    way = np.maximum(along, 0.0) / max(cos(pitch) + lean * sin(pitch), _STEEPEST_COS)
+    bend = max(_BEND_MM / grid.step_mm, _LEAST_BEND) * np.maximum(way - _STRAIGHT_MM, 0.0)
     aside = seen[..., 1:, :] - heights[..., None, :]
-    noise = np.sqrt((_STEPS * step_mm) ** 2 + _MODEL_MM**2 + bend**2 + np.mean(aside * aside, axis=-2))
-    return along, across, heights, slopes, noise.astype(np.float32)
+    noise = np.sqrt((_STEPS * grid.step_mm) ** 2 + _MODEL_MM**2 + bend**2 + np.mean(aside * aside, axis=-2))
+    rows = np.stack([heights, np.ones_like(heights), *slopes], axis=-2) / noise[..., None, :]
+    return np.ascontiguousarray(rows.reshape(-1, UNKNOWNS + 2, along.size), np.float32)
 
 
-def _seen_around(
-    along: Doubles, across: Doubles, delta_mm: float, pixel_mm: float, step_mm: float, window_px: int
-) -> Floats:
-    """Return what is read (R, P, C, 5, S) at places and at four others around each, ``delta_mm`` away."""
-    fine_mm = pixel_mm / _SUBPIXELS
-    margin = (0.5 * window_px + 2.0) * pixel_mm
-    a_axis = np.arange(along.min() - margin, along.max() + margin, fine_mm)
-    b_axis = np.arange(across.min() - margin, across.max() + margin, fine_mm)
+def _seen_around(grid: _Grid, lean: float, pitch: float, aside_mm: Doubles) -> Floats:
+    """Return what is read (R, C, A, S) at places, each moved ``aside_mm`` (A, 2) along and across."""
+    fine_mm = grid.pixel_mm / _SUBPIXELS
+    margin = (0.5 * grid.window_px + 2.0) * grid.pixel_mm
+    a_axis = np.arange(grid.along.min() - margin, grid.along.max() + margin, fine_mm)
+    b_axis = np.arange(grid.across.min() - margin, grid.across.max() + margin, fine_mm)
     a, b = np.meshgrid(a_axis, b_axis, indexing="ij")
-    v = (along + delta_mm * _ASIDE[:, :1] - a_axis[0]) / fine_mm
-    u = (across + delta_mm * _ASIDE[:, 1:] - b_axis[0]) / fine_mm
-    clearances = np.array(CLEARANCES_MM, np.float32)[:, None, None]
-    seen = np.empty((len(RADII_MM), len(PITCHES_RAD), len(clearances), len(_ASIDE), along.size), np.float32)
-    for (i, radius), (j, pitch) in product(enumerate(RADII_MM), enumerate(PITCHES_RAD)):
-        powers = _mean_powers(finger_height(a, b, radius, pitch), window_px * _SUBPIXELS)
-        f, h, h2, h3 = (
-            np.asarray(cv2.remap(mean, u.astype(np.float32), v.astype(np.float32), cv2.INTER_LINEAR), np.float32)
-            for mean in powers
-        )
+    v = ((grid.along + aside_mm[:, :1] - a_axis[0]) / fine_mm).astype(np.float32)
+    u = ((grid.across + aside_mm[:, 1:] - b_axis[0]) / fine_mm).astype(np.float32)
+    c = np.array(CLEARANCES_MM, np.float32)[:, None, None]
+    seen = np.empty((len(RADII_MM), len(CLEARANCES_MM), len(aside_mm), grid.along.size), np.float32)
+    for i, radius in enumerate(RADII_MM):
+        powers = _mean_powers(seen_height(a, b, radius, pitch, lean), grid.window_px * _SUBPIXELS)
+        f, h, h2, h3 = (np.asarray(cv2.remap(mean, u, v, cv2.INTER_LINEAR), np.float32) for mean in powers)
         # The powers' means of a finger that is higher by c, from those of one at rest and its share f of the window.
-        c = clearances
         first, second = h + c * f, h2 + c * (2.0 * h + c * f)
         third = h3 + c * (3.0 * h2 + c * (3.0 * h + c * f))
-        seen[i, j] = reading(first, second, third, _BUMP_RAW * step_mm)
+        seen[i] = reading(first, second, third, _BUMP_RAW * grid.step_mm)
     return seen
 
 
@@ -154,6 +199,19 @@ def finger_height(along_mm: Doubles, across_mm: Doubles, radius_mm: float, pitch
         room = (radius_mm + _TAPER * way) ** 2 - across_mm**2
     rest = room - (along_mm - way * cos) ** 2
     return np.where(rest > 0.0, radius_mm + way * sin + np.sqrt(np.maximum(rest, 0.0)), 0.0)
+
+
+def seen_height(along_mm: Doubles, across_mm: Doubles, radius_mm: float, pitch_rad: float, lean: float) -> Doubles:
+    """Return the height over the surface of what a camera sees, that looks at it at an angle along the finger.
+
+    What is higher by 1 mm is seen ``lean`` mm farther along; places are relative to where the ball's centre is seen.
+    Turned so that the camera looks from above, the finger is one of another pitch.
+    """
+    scale = np.hypot(1.0, lean)
+    pitch = min(pitch_rad - np.arctan(lean), np.arccos(_STEEPEST_COS))
+    over = finger_height(along_mm / scale, across_mm, radius_mm, pitch)
+    height = radius_mm + (lean * along_mm / scale + over - radius_mm) / scale
+    return np.where(over > 0.0, np.clip(height, 0.0, HIGHEST_MM), 0.0)
 
 
 def reading(first: Floats, second: Floats, third: Floats, bump_mm: float) -> Floats:

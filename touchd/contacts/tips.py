@@ -1,12 +1,13 @@
 """Fingertips under way: what is fitted of each, in plain numbers, as there are few of them."""
 
 from dataclasses import dataclass
+from math import atan, cos, sin
 from typing import NamedTuple
 
 from touchd.contacts.heights import Lay
 
 # What is known of any fingertip before looking, and one over the variances of that.
-LIKELY_PITCH_RAD, LIKELY_RADIUS_MM = 0.65, 6.2
+LIKELY_PITCH_RAD, LIKELY_RADIUS_MM = 0.85, 6.6
 PITCH_TRUST, CLEARANCE_TRUST, RADIUS_TRUST = 0.35**-2, 14.0**-2, 0.8**-2
 LIVE_TRUST = 6.0**-2  # in a clearance of 0 where a touch was before: it is likely to go on
 
@@ -43,6 +44,17 @@ class Tip:
     pitch_trust: float
     likely_radius_mm: float
     radius_trust: float
+
+    @property
+    def lean(self) -> float:
+        """How far (mm) along the finger what is higher by 1 mm is seen."""
+        lay = self.guess.lay
+        return lay.x_by_z * cos(self.angle) + lay.y_by_z * sin(self.angle)
+
+    @property
+    def seen_pitch_rad(self) -> float:
+        """Its pitch towards the camera's way of looking."""
+        return self.pitch_rad - atan(self.lean)
 
     @property
     def foot_px(self) -> tuple[float, float]:
