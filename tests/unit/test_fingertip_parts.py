@@ -174,6 +174,12 @@ def test_what_is_seen_of_a_finger_from_behind_may_read_higher_for_a_moment_on_a_
     assert (from_behind.kept, from_behind.raised, from_behind.lifted) == (True, True, False)
 
 
+def test_an_average_over_many_pictures_may_be_higher_to_begin_a_touch() -> None:
+    once = a_fit(0.6, 5.0, 0.9, 1.0, 0.9)
+    assert not verdict(once, 1.6).low
+    assert verdict(replace(once, pictures=30), 1.6).low
+
+
 def test_what_looks_upright_to_a_coarse_sensor_begins_no_touch() -> None:
     assert verdict(a_fit(0.9, 0.0, 0.9, 1.0, 0.9), 6.5).low
     assert not verdict(a_fit(1.3, 0.0, 0.9, 1.0, 0.9), 6.5).low

@@ -11,6 +11,8 @@ _OFF_MM, _OFF_STEPS = 3.0, 2.5
 # What a fine sensor sees of steep fingers is unsteady, so that it may be higher in a single picture while a touch
 # lasts: by so many mm for each rad beyond a pitch, less and less up to a coarser step.
 _UNSTEADY_RAD, _UNSTEADY_MM, _FINE_UP_TO_STEP, _RAISED_MM = 1.0, 20.0, 3.0, 1.0
+# An average over many pictures errs less, so that it may be higher.
+_SETTLED_MM, _SETTLED_STEPS = 1.0, 0.3
 # To a coarse sensor, what looks upright is no finger.
 _UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.0, 25.0, 2.5
 # A poor fit must lie lower: by so many raw steps for each standard deviation above what good fits have.
@@ -22,7 +24,10 @@ _SEEN_AT_ALL, _SEEN_WELL = 0.45, 0.6  # share of the samples that are the finger
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """One fitted fingertip, in plain numbers; ``seen_pitch_rad`` is its pitch towards the camera's way of looking."""
+    """One fitted fingertip, in plain numbers; ``seen_pitch_rad`` is its pitch towards the camera's way of looking.
+
+    It is the average over so many ``pictures``.
+    """
 
     pitch_rad: float
     seen_pitch_rad: float
@@ -30,6 +35,7 @@ class Fit:
     misfit: float
     core: float
     seen: float
+    pictures: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +63,10 @@ def verdict(fit: Fit, step_mm: float) -> Verdict:
     fine = max(0.0, _FINE_UP_TO_STEP - step_mm)
     unsteady_mm = _UNSTEADY_MM * fine * max(0.0, fit.seen_pitch_rad - _UNSTEADY_RAD)
     off_mm = _OFF_MM + _OFF_STEPS * step_mm
+    on_mm = _ON_MM + _ON_STEPS * step_mm + (_SETTLED_MM + _SETTLED_STEPS * step_mm) * (1.0 - 1.0 / fit.pictures)
     return Verdict(
         clearance_mm,
-        low=fit.seen > _SEEN_WELL and not _is_slab(fit) and clearance_mm + doubt_mm < _ON_MM + _ON_STEPS * step_mm,
+        low=fit.seen > _SEEN_WELL and not _is_slab(fit) and clearance_mm + doubt_mm < on_mm,
         sure=doubt_mm < _SURE_STEPS * step_mm,
         kept=clearance_mm < off_mm + unsteady_mm,
         raised=clearance_mm > off_mm + _RAISED_MM,

@@ -16,6 +16,7 @@ from touchd.contacts.method import Expected, Place, Sighting
 from touchd.contacts.neighbours import close, distinct, owned_samples
 from touchd.contacts.patch import PatchBank, make_bank
 from touchd.contacts.starts import Starts
+from touchd.contacts.steady import Seen, Steady
 from touchd.contacts.things import Things
 from touchd.contacts.tips import Tip
 from touchd.model import Contact, Floats, Image16
@@ -34,11 +35,13 @@ class Found:
     """The fingertips near the surface in one picture, touching or not.
 
     ``tips``: as they were fitted freely; ``resting``: the same, fitted as if they touched, which tells where better.
+    ``picture``: what they were fitted to.
     """
 
     tips: list[Tip]
     resting: list[Tip]
     quality: Quality
+    picture: Picture
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,6 +65,7 @@ class FingertipMethod:
         self._same_tip_px, self._again_px = _SAME_TIP_MM / pixel_mm, _AGAIN_MM / pixel_mm
         self._memory = Memory()
         self._before = _Before()
+        self._steady = Steady(step_mm)
         self._things = Things(self._heights, levels_mm, step_mm)
         self._fitter = Fitter(_bank_for(sizes_mm, self._heights.steepest_lean(), place))
         self._walk = _walk_for(pixel_mm, place.surface.sensor.fatten_px)
@@ -73,9 +77,11 @@ class FingertipMethod:
         sighting = Sighting([])
         found = self.look(raw, expected)
         before, self._before = self._before, _Before()
-        if found is not None:
-            for i in range(len(found.tips)):
-                self._judge(found, i, before, sighting)
+        if found is None:
+            self._steady = Steady(self._step_mm)
+            return sighting
+        for seen in self._steady.settle(_sightings(found), found.picture):
+            self._judge(seen, before, sighting)
         return sighting
 
     def look(self, raw: Image16, expected: Sequence[Expected]) -> Found | None:
@@ -88,9 +94,10 @@ class FingertipMethod:
         smooth = as_floats(cv2.blur(heights, (3, 3)))
         ends = find_ends(self._things.outlines(heights, smooth, box), smooth, self._walk)
         guesses = self._starts.guesses(ends, expected, smooth, box, self._same_tip_px)
+        picture = Picture(heights, readings, box)
         if not guesses:
-            return None
-        return self._fitted([self._memory.begin(guess) for guess in guesses], Picture(heights, readings, box))
+            return Found([], [], Quality([], [], []), picture)
+        return self._fitted([self._memory.begin(guess) for guess in guesses], picture)
 
     def _fitted(self, tips: list[Tip], picture: Picture) -> Found:
         """Fit freely, drop what became the same tip, share the samples, and fit again; then let it rest.
@@ -108,7 +115,7 @@ class FingertipMethod:
         quality, resting = fitted.quality(), fitted.at_rest(tips)
         self._memory.keep(tips)
         kept = self._different(resting, lambda: quality)
-        return Found([tips[i] for i in kept], [resting[i] for i in kept], quality.at(kept))
+        return Found([tips[i] for i in kept], [resting[i] for i in kept], quality.at(kept), picture)
 
     def _different(self, tips: list[Tip], quality: Callable[[], Quality]) -> list[int]:
         """Return which tips to keep of those that became the same one: the best fit that the picture itself showed."""
@@ -120,14 +127,10 @@ class FingertipMethod:
             places, [tip.guess.shown * _SHOWN_RANK - misfit[i] for i, tip in enumerate(tips)], self._same_tip_px
         )
 
-    def _judge(self, found: Found, i: int, before: "_Before", sighting: Sighting) -> None:
+    def _judge(self, seen: Seen, before: "_Before", sighting: Sighting) -> None:
         """Add one fingertip to what is said of the picture; ``before``: what was of the last one."""
-        tip, resting, quality = found.tips[i], found.resting[i], found.quality
-        fit = Fit(
-            tip.pitch_rad, tip.seen_pitch_rad, tip.clearance_mm, quality.misfit[i], quality.core[i], quality.seen[i]
-        )
-        said = verdict(fit, self._step_mm)
-        u, v = resting.foot_px
+        said = verdict(seen.fit, self._step_mm)
+        u, v = seen.u, seen.v
         if not (said.kept or said.lifted) or not self._is_sure(u, v):
             return
         if said.low:
@@ -139,7 +142,7 @@ class FingertipMethod:
         if said.lifted or (said.raised and self._was_near((u, v), before.raised_px)):
             sighting.lifted_mm.append((x * width_mm, y * height_mm))
             return
-        back_u, back_v = tip.guess.lay.along(resting.angle)
+        back_u, back_v = seen.lay.along(seen.angle)
         back_x, back_y = self.area_of(u + back_u, v + back_v)
         begins = said.sure or self._was_near((u, v), before.low_px)
         contact = Contact(
@@ -148,9 +151,9 @@ class FingertipMethod:
             x_mm=x * width_mm,
             y_mm=y * height_mm,
             height_mm=max(0.0, said.clearance_mm),
-            area_mm2=pi * tip.radius_mm**2,
+            area_mm2=pi * seen.radius_mm**2,
             angle=_half_turn(atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
-            firm=said.low and begins and tip.guess.shown,
+            firm=said.low and begins and seen.shown,
         )
         sighting.contacts.append(contact)
 
@@ -172,6 +175,23 @@ class FingertipMethod:
         ray_x += (u - column) * surface.pitch[0]
         ray_y += (v - row) * surface.pitch[1]
         return self._place.area.of_point(ray_x, ray_y, 1.0)
+
+
+def _sightings(found: Found) -> list[Seen]:
+    """Return what was found of each fingertip."""
+    quality = found.quality
+    parts = zip(found.tips, found.resting, quality.misfit, quality.core, quality.seen, strict=True)
+    return [
+        Seen(
+            *resting.foot_px,
+            resting.angle,
+            tip.radius_mm,
+            Fit(tip.pitch_rad, tip.seen_pitch_rad, tip.clearance_mm, misfit, core, share),
+            tip.guess.shown,
+            tip.guess.lay,
+        )
+        for tip, resting, misfit, core, share in parts
+    ]
 
 
 def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:

@@ -1,0 +1,96 @@
+"""Fingers that keep still: averaged while the picture around them stays the same, and at once elsewhere when not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from touchd.contacts.decide import Fit
+from touchd.contacts.fit import Picture
+from touchd.contacts.heights import Box, Lay
+from touchd.contacts.steady import Seen, Steady
+from touchd.model import Floats
+
+STEP_MM = 1.6
+LAY = Lay(0.77, 0.0, 0.0, 0.77, 0.0, 0.0, 0.0, 0.0, 1.3, STEP_MM)
+BOX = Box(100, 200, 180, 260)
+FIT = Fit(0.6, 0.6, 4.0, 0.9, 1.0, 0.9)
+ONE = Seen(140.0, 230.0, 3.1, 6.5, FIT, shown=True, lay=LAY)
+
+
+def a_picture(seed: int = 0, raised_mm: float = 0.0, noise_mm: float = 0.2) -> Picture:
+    """Heights of a bump in the box's middle, with noise."""
+    heights = np.random.default_rng(seed).normal(0.0, noise_mm, (60, 80)).astype(np.float32)
+    heights[20:40, 30:50] += np.float32(12.0 + raised_mm)
+    return Picture(heights, np.full((60, 80), 255, np.uint8), BOX)
+
+
+def averages(clearances_mm: list[float], raised_mm: list[float]) -> list[float]:
+    """What is said of a finger in pictures in which its fit has these clearances and it is raised that much."""
+    steady = Steady(STEP_MM)
+    said = []
+    for number, (clearance, raised) in enumerate(zip(clearances_mm, raised_mm, strict=True)):
+        one = replace(ONE, fit=replace(FIT, clearance_mm=clearance))
+        (seen,) = steady.settle([one], a_picture(number, raised))
+        said.append(seen.fit.clearance_mm)
+    return said
+
+
+def test_fits_of_a_finger_that_keeps_still_are_averaged() -> None:
+    assert averages([4.0, 8.0, 0.0, 12.0], [0.0] * 4) == pytest.approx([4.0, 6.0, 4.0, 6.0])
+
+
+def test_once_the_picture_changes_only_the_latest_fit_counts() -> None:
+    assert averages([1.0, 1.0, 7.0, 7.0], [0.0, 0.0, 5.0, 5.0]) == pytest.approx([1.0, 1.0, 7.0, 7.0])
+
+
+def test_a_slow_change_counts_as_soon_as_it_adds_up() -> None:
+    said = averages([0.25 * k for k in range(40)], [0.25 * k for k in range(40)])
+    assert max(0.25 * k - value for k, value in enumerate(said)) < 1.2
+
+
+def test_how_many_pictures_an_average_is_of_is_said_and_bounded() -> None:
+    steady = Steady(STEP_MM)
+    counts = [steady.settle([ONE], a_picture(number))[0].fit.pictures for number in range(40)]
+    assert counts == [min(number + 1, 30) for number in range(40)]
+
+
+def test_places_and_directions_are_averaged_the_short_way_round() -> None:
+    steady = Steady(STEP_MM)
+    steady.settle([ONE], a_picture(0))
+    (seen,) = steady.settle([replace(ONE, u=142.0, angle=-3.1)], a_picture(1))
+    assert (seen.u, seen.v) == (141.0, 230.0)
+    assert seen.angle == pytest.approx(np.pi)
+
+
+def test_a_finger_that_no_outline_showed_is_still_there_if_the_picture_is_as_it_was() -> None:
+    steady = Steady(STEP_MM)
+    for number in range(2):
+        steady.settle([ONE], a_picture(number))
+    (missing,) = steady.settle([], a_picture(2))
+    assert (missing.u, missing.v, missing.shown) == (140.0, 230.0, False)
+    assert steady.settle([], a_picture(3, raised_mm=9.0)) == []
+
+
+def test_what_was_seen_but_once_is_not_missed() -> None:
+    steady = Steady(STEP_MM)
+    steady.settle([ONE], a_picture(0))
+    assert steady.settle([], a_picture(1)) == []
+
+
+def test_two_fingers_are_averaged_each_with_itself() -> None:
+    steady = Steady(STEP_MM)
+    other = replace(ONE, u=152.0, fit=replace(FIT, clearance_mm=10.0))
+    steady.settle([ONE, other], a_picture(0))
+    said = steady.settle([other, ONE], a_picture(1))
+    assert [(seen.u, seen.fit.clearance_mm) for seen in said] == [(152.0, 10.0), (140.0, 4.0)]
+
+
+@pytest.mark.parametrize("box", [Box(150, 200, 180, 260), Box(300, 300, 380, 360)])
+def test_where_the_picture_no_longer_shows_all_around_it_a_finger_begins_anew(box: Box) -> None:
+    steady = Steady(STEP_MM)
+    for number in range(3):
+        steady.settle([ONE], a_picture(number))
+    shape = (box.bottom - box.top, box.right - box.left)
+    heights: Floats = np.zeros(shape, np.float32)
+    (seen,) = steady.settle([ONE], Picture(heights, np.full(shape, 255, np.uint8), box))
+    assert seen.fit.pictures == 1

@@ -1,0 +1,148 @@
+"""Fingers that keep still: while the picture around one does not change, neither does what is said of it.
+
+Noise moves a fit from picture to picture, most of all where a finger is steep or far. Whether the picture itself has
+changed is far plainer, so what is fitted is averaged for as long as it has not, and begins anew once it has. That
+costs a moving finger nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import hypot, pi, tau
+
+import cv2
+
+from touchd.contacts.decide import Fit
+from touchd.contacts.fit import Picture
+from touchd.contacts.heights import Box, Bytes, Lay
+from touchd.model import Floats
+
+_AROUND_MM = 9.0  # so far around a fingertip the picture is watched
+_SAME_MM = 8.0  # so near to where it was a fit is of the same finger
+# The mean change of heights from which on a finger has moved, in raw steps: noise makes so much of itself, the more
+# the more steps high a finger's outlines are.
+_MOVED_STEPS, _MOVED_MM = 0.3, 0.45
+_MOST_STEPS = 6.0  # what changes by more counts as this
+_LONGEST = 30  # pictures that an average goes back
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """One fingertip in a picture.
+
+    ``u``, ``v``: where the surface under the centre of its ball is seen, if it rests; ``angle``: of the way back along
+    the finger, in the frame of ``lay``. ``shown``: whether this picture showed it.
+    """
+
+    u: float
+    v: float
+    angle: float
+    radius_mm: float
+    fit: Fit
+    shown: bool
+    lay: Lay
+
+    def towards(self, new: "Seen", share: float) -> "Seen":
+        """Return it moved by a share of the way to what was seen anew."""
+
+        def mixed(old: float, latest: float) -> float:
+            return old + share * (latest - old)
+
+        was, fit = self.fit, new.fit
+        return replace(
+            new,
+            u=mixed(self.u, new.u),
+            v=mixed(self.v, new.v),
+            angle=self.angle + share * ((new.angle - self.angle + pi) % tau - pi),
+            radius_mm=mixed(self.radius_mm, new.radius_mm),
+            fit=Fit(
+                mixed(was.pitch_rad, fit.pitch_rad),
+                mixed(was.seen_pitch_rad, fit.seen_pitch_rad),
+                mixed(was.clearance_mm, fit.clearance_mm),
+                mixed(was.misfit, fit.misfit),
+                mixed(was.core, fit.core),
+                mixed(was.seen, fit.seen),
+                min(was.pictures + 1, _LONGEST),
+            ),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Still:
+    """A finger that has kept still: its average, and how the picture looked around it when it began to."""
+
+    seen: Seen
+    window: Box
+    heights_mm: Floats
+    readings: Bytes
+
+    def with_another(self, one: Seen) -> "_Still":
+        """Return it with one more sighting in the average."""
+        return replace(self, seen=self.seen.towards(one, 1.0 / min(self.seen.fit.pictures + 1, _LONGEST)))
+
+    def unseen(self) -> "_Still":
+        """Return it as it is after a picture that did not show it."""
+        return replace(self, seen=replace(self.seen, shown=False))
+
+
+class Steady:
+    """Remembers how the picture around each fingertip looked, over one surface with raw steps of ``step_mm``."""
+
+    def __init__(self, step_mm: float) -> None:
+        self._moved_mm = _MOVED_STEPS * step_mm + _MOVED_MM
+        self._most_mm = _MOST_STEPS * step_mm
+        self._still: list[_Still] = []
+
+    def settle(self, seen: Sequence[Seen], picture: Picture) -> list[Seen]:
+        """Return fingertips as they are on average for as long as they have kept still.
+
+        A finger that is not among those ``seen``, but looks in the picture as it did, is still where it was.
+        """
+        lasting = [still for still in self._still if self._looks_the_same(still, picture)]
+        now = []
+        for one in seen:
+            same = _nearest(one, lasting)
+            if same is None:
+                now.append(_begun(one, picture))
+            else:
+                lasting.remove(same)
+                now.append(same.with_another(one))
+        now += [still.unseen() for still in lasting if still.seen.fit.pictures > 1]
+        self._still = now
+        return [still.seen for still in now]
+
+    def _looks_the_same(self, still: _Still, picture: Picture) -> bool:
+        window = _within(still.window, picture.box)
+        if window is None or not still.heights_mm.size:
+            return False
+        change_mm = cv2.absdiff(picture.heights_mm[window], still.heights_mm)
+        cv2.threshold(change_mm, self._most_mm, 0.0, cv2.THRESH_TRUNC, dst=change_mm)
+        both = cv2.bitwise_and(picture.readings[window], still.readings)
+        return cv2.mean(change_mm, both)[0] < self._moved_mm
+
+
+def _begun(one: Seen, picture: Picture) -> _Still:
+    around = round(_AROUND_MM / one.lay.pixel_mm)
+    u, v, box = round(one.u), round(one.v), picture.box
+    left, top = max(u - around, box.left), max(v - around, box.top)
+    right, bottom = min(u + around + 1, box.right), min(v + around + 1, box.bottom)
+    area = Box(left, top, max(right, left), max(bottom, top))
+    window = slice(area.top - box.top, area.bottom - box.top), slice(area.left - box.left, area.right - box.left)
+    return _Still(one, area, picture.heights_mm[window].copy(), picture.readings[window].copy())
+
+
+def _within(window: Box, box: Box) -> tuple[slice, slice] | None:
+    """Return a window of the whole picture as an index of a box in it, None where that does not hold all of it."""
+    top, left = window.top - box.top, window.left - box.left
+    if left < 0 or top < 0 or window.right > box.right or window.bottom > box.bottom:
+        return None
+    return slice(top, window.bottom - box.top), slice(left, window.right - box.left)
+
+
+def _nearest(one: Seen, lasting: Sequence[_Still]) -> _Still | None:
+    """Return what was the same finger."""
+    nearest, least = None, _SAME_MM / one.lay.pixel_mm
+    for still in lasting:
+        distance = hypot(one.u - still.seen.u, one.v - still.seen.v)
+        if distance < least:
+            nearest, least = still, distance
+    return nearest
