@@ -144,15 +144,18 @@ def a_fit(pitch_rad: float, clearance_mm: float, misfit: float, core: float, see
     return Fit(pitch_rad, pitch_rad, clearance_mm, misfit, core, seen)
 
 
-@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm"), [(1.6, 4.3, 7.0), (6.5, 10.6, 19.2)])
-def test_a_touch_begins_lower_than_it_ends(step_mm: float, on_mm: float, off_mm: float) -> None:
+@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm", "plain_mm"), [(1.6, 4.3, 7.0, 9.8), (6.5, 10.6, 19.2, 26.0)])
+def test_a_touch_begins_lower_than_it_ends_and_ends_at_once_where_that_is_plain(
+    step_mm: float, on_mm: float, off_mm: float, plain_mm: float
+) -> None:
     def said(clearance_mm: float) -> tuple[bool, bool, bool]:
         answer = verdict(a_fit(0.6, clearance_mm, 0.5, 0.6, 0.9), step_mm)
         return answer.low, answer.kept, answer.lifted
 
     assert said(on_mm - 0.3) == (True, True, False)
     assert said(on_mm + 0.3) == (False, True, False)
-    assert said(off_mm + 0.5) == (False, False, True)
+    assert said(off_mm + 0.5) == (False, False, False)
+    assert said(plain_mm + 0.5) == (False, False, True)
 
 
 def test_a_poor_fit_must_lie_lower_and_be_seen_twice() -> None:
@@ -168,7 +171,7 @@ def test_a_poor_fit_ends_no_touch() -> None:
 
 
 def test_what_is_seen_of_a_finger_from_behind_may_read_higher_for_a_moment_on_a_fine_sensor() -> None:
-    level = a_fit(0.8, 11.0, 0.9, 1.0, 0.9)
+    level = a_fit(0.8, 12.0, 0.9, 1.0, 0.9)
     assert verdict(level, 1.6).lifted
     from_behind = verdict(replace(level, seen_pitch_rad=1.25), 1.6)
     assert (from_behind.kept, from_behind.raised, from_behind.lifted) == (True, True, False)

@@ -11,6 +11,8 @@ _OFF_MM, _OFF_STEPS = 3.0, 2.5
 # What a fine sensor sees of steep fingers is unsteady, so that it may be higher in a single picture while a touch
 # lasts: by so many mm for each rad beyond a pitch, less and less up to a coarser step.
 _UNSTEADY_RAD, _UNSTEADY_MM, _FINE_UP_TO_STEP, _RAISED_MM = 1.0, 20.0, 3.0, 1.0
+# A touch ends at once if it is plainly above that, else if it is so in two pictures.
+_PLAIN_MM, _PLAIN_STEPS = 1.5, 0.8
 # An average over many pictures errs less, so that it may be higher.
 _SETTLED_MM, _SETTLED_STEPS = 1.0, 0.3
 # To a coarse sensor, what looks upright is no finger.
@@ -70,7 +72,8 @@ def verdict(fit: Fit, step_mm: float) -> Verdict:
         sure=doubt_mm < _SURE_STEPS * step_mm,
         kept=clearance_mm < off_mm + unsteady_mm,
         raised=clearance_mm > off_mm + _RAISED_MM,
-        lifted=clearance_mm > off_mm + unsteady_mm and doubt_mm < _CLEAR_STEPS * step_mm,
+        lifted=clearance_mm > off_mm + unsteady_mm + _PLAIN_MM + _PLAIN_STEPS * step_mm
+        and doubt_mm < _CLEAR_STEPS * step_mm,
     )
 
 
