@@ -1,3 +1,4 @@
+from dataclasses import replace
 from math import sqrt
 from pathlib import Path
 
@@ -41,6 +42,16 @@ def test_two_taps_under_one_cursor_are_one_touch_and_a_merged_one() -> None:
     got = scored(TWO_TAPS, held)
     assert (got.touches, got.found, got.merged) == (2, 1, 1)
     assert (got.splits, got.swaps, got.false_touches) == (0, 0, 0)
+
+
+def test_of_touches_in_plain_sight_those_found_are_counted_apart() -> None:
+    events = without(perfect(TWO_TAPS), 2)
+    told = replace(truth(TWO_TAPS), visible={1: 0.95, 2: 0.4})
+    got = score(seen(events), told)
+    assert (got.touches, got.found, got.free, got.found_free) == (2, 1, 1, 1)
+    assert (figures(got)["free"], figures(got)["found_free"]) == (50.0, 100.0)
+    untold = figures(scored(TWO_TAPS, events))
+    assert (untold["free"], untold["found_free"]) == (None, None)
 
 
 def test_two_fingers_that_exchange_their_cursors_are_two_swaps() -> None:

@@ -10,7 +10,7 @@ import cv2
 from touchd.assemble import pipeline_settings
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.baselines import BASELINES
-from touchd.lab.scenes import LabScene, lab_scene
+from touchd.lab.scenes import LabScene, lab_scene, visible_shares
 from touchd.lab.scoring import Score, SeenFrame, Truth, score, truth_of
 from touchd.model import Frame, State, Surface, TouchFrame
 from touchd.pipeline import MissingArea, Pipeline
@@ -107,4 +107,16 @@ def as_seen(frame: TouchFrame) -> SeenFrame:
 def scene_truth(scene: LabScene) -> Truth:
     """Return a scene's truth for the scoring."""
     frames = range(scene.calibration_frames + scene.frames)
-    return truth_of([scene.truth(index).as_json() for index in frames], scene.area.size_mm)
+    truth = truth_of([scene.truth(index).as_json() for index in frames], scene.area.size_mm)
+    return replace(truth, visible=_visible(scene))
+
+
+def _visible(scene: LabScene) -> dict[int, float]:
+    """Return for each touch how much of its fingertip is in sight in the middle one of its frames."""
+    touching: dict[int, list[tuple[int, int]]] = {}
+    for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
+        for tip in scene.truth(index).tips:
+            if tip.touching:
+                touching.setdefault(tip.tip, []).append((index, tip.finger))
+    middles = {number: seen[len(seen) // 2] for number, seen in touching.items()}
+    return {number: visible_shares(scene, index)[finger] for number, (index, finger) in middles.items()}

@@ -55,6 +55,10 @@ def least_gap_mm(score: Score) -> float | None:
 MEASURES: Sequence[Measure] = (
     Measure("touches", "true touches", "", lambda s: float(s.touches)),
     Measure("found", "touches found", "%", lambda s: _share(s.found, s.touches, 100.0)),
+    Measure(
+        "free", "touches with the fingertip in plain sight", "%", lambda s: _share(s.free, s.free and s.touches, 100.0)
+    ),
+    Measure("found_free", "of those in plain sight found", "%", lambda s: _share(s.found_free, s.free, 100.0)),
     Measure("merged", "of them lost in the one before", "%", lambda s: _share(s.merged, s.touches, 100.0)),
     Measure("false_a_minute", "false touches a minute", "", lambda s: _share(s.false_touches, s.tracked_s, 60.0)),
     Measure("splits", "splits per touch", "%", lambda s: _share(s.splits, s.touches, 100.0)),

@@ -26,6 +26,7 @@ Samples: TypeAlias = tuple[float, ...]
 
 # A touch is found if a cursor is on it in half as many frames as it touches, counted to this long after the lift.
 _LATE_S = 0.07
+_PLAIN_SIGHT = 0.9  # of a fingertip's side towards the camera
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +36,7 @@ class Score:
     - ``touches``: true touches that the camera saw touching inside the area. ``found``: those that a cursor of their
       own stood for, in at least half as many frames as they touch, counted from 100 ms before to 70 ms after the touch.
       ``merged``: those whose cursor was made for an earlier touch: to a client the two are one.
+    - ``free``: of all touches those whose fingertip is known to be in plain sight, ``found_free``: of those the found.
     - ``splits``: how often a touch went on under a new id; ``swaps``: under one that was made for another finger.
     - ``false_touches``: cursors that never stood for a touching finger, nor within 100 ms of its touch.
     - ``errors_mm``: distance between cursor and touch point, for each frame of a touching finger slower than 500 mm/s.
@@ -51,6 +53,8 @@ class Score:
     touches: int = 0
     found: int = 0
     merged: int = 0
+    free: int = 0
+    found_free: int = 0
     splits: int = 0
     swaps: int = 0
     false_touches: int = 0
@@ -90,12 +94,15 @@ def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
     own = {number: _without_leftovers(number, seen[number], cursors) for number in touches}
     covered = {n for n, touch in touches.items() if _is_covered(frames, touch, seen[n])}
     found = {n for n, touch in touches.items() if _is_covered(frames, touch, own[n])}
+    free = {n for n in touches if truth.visible.get(n, 0.0) >= _PLAIN_SIGHT}
     swaps = [swap for n in touches for swap in _switches(own[n], cursors, touches, touches[n].finger)]
     resolved, unresolved = gaps_mm(frames)
     return Score(
         touches=len(touches),
         found=len(found),
         merged=len(covered - found),
+        free=len(free),
+        found_free=len(free & found),
         splits=swaps.count(False),
         swaps=swaps.count(True),
         false_touches=sum(is_false(frames, cursor, life) for cursor, life in cursors.items()),

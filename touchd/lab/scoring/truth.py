@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -35,10 +35,14 @@ class Tip:
 
 @dataclass(frozen=True, slots=True)
 class Truth:
-    """The fingertips of each depth frame, counted from 0; ``size_mm`` is the area's width and height."""
+    """The fingertips of each depth frame, counted from 0; ``size_mm`` is the area's width and height.
+
+    ``visible``: by touch, which share of its fingertip's side towards the camera nothing hides (0..1), where known.
+    """
 
     size_mm: tuple[float, float]
     frames: tuple[tuple[Tip, ...], ...]
+    visible: Mapping[int, float] = field(default_factory=dict)
 
     @property
     def crowded(self) -> bool:
