@@ -40,7 +40,7 @@ accuracy: $(STAMP)
 # All scenes, which takes half an hour, and then the tables and pictures of docs/accuracy.md from them. A run that was
 # broken off goes on; empty .cache/accuracy after a change of the code.
 accuracy-docs: $(STAMP)
-	$(BIN)/touchd bench accuracy --jobs 2 --heights 750,1500 --seeds 301-303 --keep .cache/accuracy --json > .cache/accuracy.json
+	$(BIN)/touchd bench accuracy --jobs 2 --heights 750,1500 --seeds 301-305 --keep .cache/accuracy --json > .cache/accuracy.json
 	$(BIN)/python -m touchd.lab.report docs .cache/accuracy.json
 
 # make golden RECORDING=FOLDER turns a recording into a test; FOLDER/golden.yaml names camera, place, what must happen.
