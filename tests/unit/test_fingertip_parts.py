@@ -165,6 +165,13 @@ def test_a_poor_fit_must_lie_lower_and_be_seen_twice() -> None:
     assert verdict(replace(poor, clearance_mm=0.0), 1.6).low
 
 
+def test_a_poor_fit_must_lie_lower_to_go_on_and_a_hopeless_one_does_not() -> None:
+    assert verdict(a_fit(0.6, 6.0, 0.9, 1.0, 0.9), 1.6).kept
+    assert not verdict(a_fit(0.6, 6.0, 1.5, 1.8, 0.9), 1.6).kept
+    assert verdict(a_fit(0.6, 0.0, 1.0, 2.8, 0.9), 1.6).kept
+    assert not verdict(a_fit(0.6, 0.0, 1.0, 3.2, 0.9), 1.6).kept
+
+
 def test_a_poor_fit_ends_no_touch() -> None:
     assert verdict(a_fit(0.6, 12.0, 0.9, 1.0, 0.9), 1.6).lifted
     assert not verdict(a_fit(0.6, 12.0, 1.5, 2.0, 0.9), 1.6).lifted

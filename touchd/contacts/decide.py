@@ -19,6 +19,8 @@ _SETTLED_MM, _SETTLED_STEPS = 1.0, 0.3
 _UPRIGHT_RAD, _UPRIGHT_MM, _UPRIGHT_FROM_STEP = 1.0, 25.0, 2.5
 # A poor fit must lie lower: by so many raw steps for each standard deviation above what good fits have.
 _GOOD, _CORE_STEPS, _MISFIT_STEPS = 1.0, 0.8, 3.0
+_KEPT_SHARE = 0.5  # of its doubt is held against what continues a touch
+_HOPELESS = 3.0  # as a residual along the finger's middle: this is no finger
 _SURE_STEPS, _CLEAR_STEPS = 0.8, 1.5  # of doubt, at most, to begin a touch at first sight, and to end one
 _FLAT_RAD, _THIN_MM = 0.35, -2.5
 _SEEN_AT_ALL, _SEEN_WELL = 0.45, 0.6  # share of the samples that are the finger's own
@@ -70,7 +72,7 @@ def verdict(fit: Fit, step_mm: float) -> Verdict:
         clearance_mm,
         low=fit.seen > _SEEN_WELL and not _is_slab(fit) and clearance_mm + doubt_mm < on_mm,
         sure=doubt_mm < _SURE_STEPS * step_mm,
-        kept=clearance_mm < off_mm + unsteady_mm,
+        kept=fit.core < _HOPELESS and clearance_mm + _KEPT_SHARE * doubt_mm < off_mm + unsteady_mm,
         raised=clearance_mm > off_mm + _RAISED_MM,
         lifted=clearance_mm > off_mm + unsteady_mm + _PLAIN_MM + _PLAIN_STEPS * step_mm
         and doubt_mm < _CLEAR_STEPS * step_mm,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
-from math import cos, sin, sqrt
+from math import atan2, cos, sin, sqrt
 
 import cv2
 import numpy as np
@@ -103,9 +103,9 @@ class Fitter:
         known = owned
         for turn in range(rounds):
             axes = [_axes(tip, picture.box) for tip in tips]
-            at = [self._nearest(first, tip) for first, tip in zip(bed.first, tips, strict=True)]
-            off = [_off(tip, self._middles[k]) for tip, k in zip(tips, at, strict=True)]
-            rows = self._bank.templates[at]
+            near = [self._nearest(first, tip) for first, tip in zip(bed.first, tips, strict=True)]
+            off = [_off(tip, pitch_rad, self._middles[at]) for tip, (at, pitch_rad) in zip(tips, near, strict=True)]
+            rows = self._bank.templates[[at for at, _ in near]]
             places = np.matmul(np.array(axes, np.float32), bed.places)
             u, v = places[:, 0], places[:, 1]
             if turn == 0:
@@ -131,10 +131,17 @@ class Fitter:
         along, across = self._bank.places_mm[scale]
         return float(np.interp(level_mm, heights[across == 0.0], along[across == 0.0]))
 
-    def _nearest(self, first: int, tip: Tip) -> int:
-        """Return the index of the template that is nearest to a tip's shape."""
-        lean = bisect(self._leans, tip.lean)
-        return first + self._of_lean[lean] + self._shape(lean, tip.pitch_rad, tip.radius_mm, tip.clearance_mm)
+    def _nearest(self, first: int, tip: Tip) -> tuple[int, float]:
+        """Return the index of the template that is nearest to a tip's shape, and the tip's pitch to look it up by.
+
+        That is the pitch with which a finger rises in the picture as this one does if the lean is the template's, so
+        that templates of two leans agree half way between them.
+        """
+        lean = tip.lean
+        which = bisect(self._leans, lean)
+        rise = sin(tip.pitch_rad)
+        pitch_rad = atan2(rise, cos(tip.pitch_rad) + (lean - self._bank.leans[which]) * rise)
+        return first + self._of_lean[which] + self._shape(which, pitch_rad, tip.radius_mm, tip.clearance_mm), pitch_rad
 
     def _shape(self, lean: int, pitch_rad: float, radius_mm: float, clearance_mm: float) -> int:
         """Return which of a lean's templates is nearest to a shape."""
@@ -203,10 +210,10 @@ def _axes(tip: Tip, box: Box) -> Axes:
     )
 
 
-def _off(tip: Tip, middle: list[float]) -> tuple[tuple[float, ...]]:
+def _off(tip: Tip, pitch_rad: float, middle: list[float]) -> tuple[tuple[float, ...]]:
     """Return what to multiply a template's rows by for the heights of a shape near it, times -1."""
     pitch, clearance, radius = middle
-    off = pitch - tip.pitch_rad, clearance - tip.clearance_mm, radius - tip.radius_mm
+    off = pitch - pitch_rad, clearance - tip.clearance_mm, radius - tip.radius_mm
     return ((-1.0, 0.0, 0.0, 0.0, 0.0, *off),)
 
 
