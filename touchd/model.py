@@ -147,6 +147,16 @@ class Cursor:
     angle: float
 
 
+@dataclass(frozen=True, slots=True)
+class Hover:
+    """A fingertip in the air over time. ``x``, ``y`` (0..1) are of the surface under it, its height is the gap."""
+
+    hover_id: int
+    x: float
+    y: float
+    height_mm: float
+
+
 class State(StrEnum):
     """What the pipeline is doing; the words are part of the event format."""
 
@@ -159,13 +169,14 @@ class State(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TouchFrame:
-    """What the pipeline says of one frame. ``cursors`` are in the order of their session ids."""
+    """What the pipeline says of one frame. ``cursors`` and ``hovers`` are in the order of their ids."""
 
     index: int
     t_ns: int
     state: State
     cursors: tuple[Cursor, ...] = ()
     why: str | None = None
+    hovers: tuple[Hover, ...] = ()
 
     def as_event(self) -> dict[str, Any]:
         """Return the event line's object: see "Events" in docs/design.md."""
@@ -188,4 +199,5 @@ class TouchFrame:
                 }
                 for c in self.cursors
             ],
+            "hovers": [{"id": h.hover_id, "x": h.x, "y": h.y, "height_mm": h.height_mm} for h in self.hovers],
         }

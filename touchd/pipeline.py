@@ -20,6 +20,7 @@ from touchd.surface.quality import SurfaceReport, report
 from touchd.surface.region import flat_area
 from touchd.surface.settings import CalibrationSettings, ShellSettings
 from touchd.surface.shell import shell_over
+from touchd.tracking.hovers import HoverTracker
 from touchd.tracking.settings import TrackingSettings
 from touchd.tracking.tracker import Tracker
 
@@ -88,6 +89,7 @@ class Pipeline:
         self._why: str | None = None
         self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
+        self._hovers = HoverTracker(settings.tracking)
         self._last_index = 0
 
     @property
@@ -134,16 +136,17 @@ class Pipeline:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
         seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
         cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
-        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, why=self._why)
+        hovers = self._hovers.step(seen.hovers, self._tracker.places_mm, frame.t_ns)
+        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers)
 
     def stall(self, t_ns: int) -> TouchFrame:
         """End every touch because no frame came for a while."""
-        self._tracker.end_all()
+        self._end_all()
         return TouchFrame(self._last_index, t_ns, State.NO_FRAMES, why="no frame came from the source")
 
     def calibrate(self) -> None:
         """Learn the surface from exactly the next frames, whatever they show; every touch ends."""
-        self._tracker.end_all()
+        self._end_all()
         self._calibration = Calibration(self._sensor, self._settings.calibration, self._made_from)
 
     def calibrate_patiently(self) -> None:
@@ -151,7 +154,7 @@ class Pipeline:
 
         After ``calibration.give_up_s`` the surface from before is in force again. Without one it goes on trying.
         """
-        self._tracker.end_all()
+        self._end_all()
         area = self._settings.area
         shape = (self._sensor.size[1], self._sensor.size[0])
         inside = everywhere(self._sensor) if area is None else _inside(area, shape)
@@ -166,6 +169,11 @@ class Pipeline:
         self._settings = settings
         self._ready = ready
         self._tracker.adopt(settings.tracking, ready.area.size_mm if ready else (1.0, 1.0))
+        self._hovers.adopt(settings.tracking)
+
+    def _end_all(self) -> None:
+        self._tracker.end_all()
+        self._hovers.end_all()
 
     def _calibrate_on(self, calibration: Calibration | PatientCalibration, frame: Frame) -> TouchFrame:
         calibration.take(frame)

@@ -48,6 +48,7 @@ tracking:
   min_cutoff_hz: 2.3
   beta_hz_s_mm: 0.23
   rest_mm_s: 4.5
+  hover_mm: 30
 outputs:
   - tuio: {to: ["[::1]:3334", "wall.local:3333"], source: "left: wall"}
   - tuio:
@@ -90,6 +91,7 @@ def test_every_key_reaches_the_stage_it_is_for() -> None:
         min_cutoff_hz=2.3,
         beta_hz_s_mm=0.23,
         rest_mm_s=4.5,
+        hover_mm=30.0,
     )
     assert config.area_corners() == AreaCorners(((60, 40), (580.5, 44), (570, 430), (66, 424)), size_mm=(800, 600))
     first, second, third = config.outputs

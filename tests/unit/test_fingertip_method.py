@@ -147,3 +147,29 @@ def test_the_first_frame_after_calibrating_may_already_show_a_touch(table: Table
     frames: list[Frame] = [table.render([], index * FRAME_NS, index) for index in range(EMPTY_FRAMES)]
     frames.append(table.render([pointing_hand(HandPose((0.0, 0.0)))], EMPTY_FRAMES * FRAME_NS, EMPTY_FRAMES))
     assert [len(pipeline.step(frame).cursors) for frame in frames][-2:] == [0, 1]
+
+
+def over_the_table(clearance_mm: float) -> HandPose:
+    return HandPose(at_mm=(20.0, -10.0), heading_deg=10.0, pitch_deg=35.0, clearance_mm=clearance_mm)
+
+
+@pytest.mark.parametrize("height_mm", [12.0, 20.0, 30.0])
+def test_a_hovering_fingertip_is_told_of_with_its_height_and_the_place_under_it(
+    method: FingertipMethod, table: Table, height_mm: float
+) -> None:
+    sighting = seen_of(method, table, [pointing_hand(over_the_table(height_mm))])
+    assert sighting.contacts == []
+    x_mm, y_mm = 20.0 + AREA.size_mm[0] / 2, -10.0 + AREA.size_mm[1] / 2
+    near = [hover for hover in sighting.hovers if np.hypot(hover.x_mm - x_mm, hover.y_mm - y_mm) < 4.0]
+    assert len(near) == 1
+    assert near[0].height_mm == pytest.approx(height_mm, abs=3.0)
+    assert not near[0].firm
+
+
+def test_a_touching_fingertip_does_not_hover(pipeline: Pipeline, table: Table) -> None:
+    for index in range(4):
+        height_mm = 24.0 - 8.0 * index
+        hand = pointing_hand(over_the_table(height_mm))
+        frame = pipeline.step(table.render([hand], (EMPTY_FRAMES + index) * FRAME_NS, EMPTY_FRAMES + index))
+        assert (len(frame.cursors), len(frame.hovers)) == ((1, 0) if height_mm <= 0.0 else (0, 1)) or height_mm == 8.0
+    pipeline.stall((EMPTY_FRAMES + 9) * FRAME_NS)

@@ -158,6 +158,18 @@ def test_a_touch_begins_lower_than_it_ends_and_ends_at_once_where_that_is_plain(
     assert said(plain_mm + 0.5) == (False, False, True)
 
 
+def test_a_finger_hovers_where_it_is_seen_well_and_too_high_to_touch() -> None:
+    assert [verdict(a_fit(0.6, mm, 0.9, 1.0, 0.9), 1.6).hovers for mm in (2.0, 5.0, 9.0, 30.0)] == [
+        False,
+        True,
+        True,
+        True,
+    ]
+    assert not verdict(a_fit(0.6, 9.0, 1.9, 2.5, 0.9), 1.6).hovers
+    assert not verdict(a_fit(0.6, 9.0, 0.9, 1.0, 0.5), 1.6).hovers
+    assert not verdict(a_fit(0.6, 9.0, 0.9, 1.0, 0.3), 1.6).hovers
+
+
 def test_a_poor_fit_must_lie_lower_and_be_seen_twice() -> None:
     good, poor = a_fit(0.6, 3.0, 0.9, 1.0, 0.9), a_fit(0.6, 3.0, 1.4, 1.8, 0.9)
     assert (verdict(good, 1.6).low, verdict(good, 1.6).sure) == (True, True)

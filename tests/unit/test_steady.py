@@ -14,7 +14,7 @@ STEP_MM = 1.6
 LAY = Lay(0.77, 0.0, 0.0, 0.77, 0.0, 0.0, 0.0, 0.0, 1.3, STEP_MM)
 BOX = Box(100, 200, 180, 260)
 FIT = Fit(0.6, 0.6, 4.0, 0.9, 1.0, 0.9)
-ONE = Seen(140.0, 230.0, 3.1, 6.5, FIT, shown=True, lay=LAY)
+ONE = Seen(140.0, 230.0, 141.0, 231.0, 3.1, 6.5, FIT, shown=True, lay=LAY)
 
 
 def a_picture(seed: int = 0, raised_mm: float = 0.0, noise_mm: float = 0.2) -> Picture:
@@ -57,8 +57,9 @@ def test_how_many_pictures_an_average_is_of_is_said_and_bounded() -> None:
 def test_places_and_directions_are_averaged_the_short_way_round() -> None:
     steady = Steady(STEP_MM)
     steady.settle([ONE], a_picture(0))
-    (seen,) = steady.settle([replace(ONE, u=142.0, angle=-3.1)], a_picture(1))
+    (seen,) = steady.settle([replace(ONE, u=142.0, u_under=145.0, angle=-3.1)], a_picture(1))
     assert (seen.u, seen.v) == (141.0, 230.0)
+    assert (seen.u_under, seen.v_under) == (143.0, 231.0)
     assert seen.angle == pytest.approx(np.pi)
 
 

@@ -143,3 +143,8 @@ class Tracking(Section):
     rest_mm_s: Annotated[float, Field(ge=0, le=500)] = field(
         _TRACKING.rest_mm_s, "Below this speed a touch is at rest", unit="millimetres a second"
     )
+    hover_mm: Annotated[float, Field(ge=0, le=45)] = field(
+        _TRACKING.hover_mm,
+        "Fingertips up to this height over the surface are followed as hovers; 0 for none",
+        unit="millimetres",
+    )

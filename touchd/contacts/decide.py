@@ -48,7 +48,7 @@ class Verdict:
 
     ``low``: as near as when a touch begins. ``sure``: well enough seen to begin one at first sight, else it takes two.
     ``kept``: near enough to continue one. ``raised``: not so near that this could go on for a second picture.
-    ``lifted``: seen well, and not touching.
+    ``lifted``: seen well, and not touching. ``hovers``: seen well, and too high to begin a touch.
     """
 
     clearance_mm: float
@@ -57,25 +57,28 @@ class Verdict:
     kept: bool
     raised: bool
     lifted: bool
+    hovers: bool
 
 
 def verdict(fit: Fit, step_mm: float) -> Verdict:
     """Return whether a fingertip touches, where a raw step of the sensor is ``step_mm`` high."""
     if fit.seen < _SEEN_AT_ALL:
-        return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, raised=False, lifted=False)
+        return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, raised=False, lifted=False, hovers=False)
     clearance_mm, doubt_mm = fit.clearance_mm, _doubt_mm(fit, step_mm)
     fine = max(0.0, _FINE_UP_TO_STEP - step_mm)
     unsteady_mm = _UNSTEADY_MM * fine * max(0.0, fit.seen_pitch_rad - _UNSTEADY_RAD)
     off_mm = _OFF_MM + _OFF_STEPS * step_mm
     on_mm = _ON_MM + _ON_STEPS * step_mm + (_SETTLED_MM + _SETTLED_STEPS * step_mm) * (1.0 - 1.0 / fit.pictures)
+    finger = fit.seen > _SEEN_WELL and not _is_slab(fit)
+    low, clear = clearance_mm + doubt_mm < on_mm, doubt_mm < _CLEAR_STEPS * step_mm
     return Verdict(
         clearance_mm,
-        low=fit.seen > _SEEN_WELL and not _is_slab(fit) and clearance_mm + doubt_mm < on_mm,
+        low=finger and low,
         sure=doubt_mm < _SURE_STEPS * step_mm,
         kept=fit.core < _HOPELESS and clearance_mm + _KEPT_SHARE * doubt_mm < off_mm + unsteady_mm,
         raised=clearance_mm > off_mm + _RAISED_MM,
-        lifted=clearance_mm > off_mm + unsteady_mm + _PLAIN_MM + _PLAIN_STEPS * step_mm
-        and doubt_mm < _CLEAR_STEPS * step_mm,
+        lifted=clear and clearance_mm > off_mm + unsteady_mm + _PLAIN_MM + _PLAIN_STEPS * step_mm,
+        hovers=finger and clear and not low,
     )
 
 

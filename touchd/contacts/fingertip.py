@@ -130,32 +130,39 @@ class FingertipMethod:
     def _judge(self, seen: Seen, before: "_Before", sighting: Sighting) -> None:
         """Add one fingertip to what is said of the picture; ``before``: what was of the last one."""
         said = verdict(seen.fit, self._step_mm)
-        u, v = seen.u, seen.v
-        if not (said.kept or said.lifted) or not self._is_sure(u, v):
+        place = seen.u, seen.v
+        if not self._is_sure(*place):
+            return
+        if said.hovers and seen.shown:
+            sighting.hovers.append(self._contact(seen, (seen.u_under, seen.v_under), firm=False))
+        if not (said.kept or said.lifted):
             return
         if said.low:
-            self._before.low_px.append((u, v))
+            self._before.low_px.append(place)
         if said.raised:
-            self._before.raised_px.append((u, v))
-        x, y = self.area_of(u, v)
+            self._before.raised_px.append(place)
+        begins = said.sure or self._was_near(place, before.low_px)
+        contact = self._contact(seen, place, firm=said.low and begins and seen.shown)
+        if said.lifted or (said.raised and self._was_near(place, before.raised_px)):
+            sighting.lifted_mm.append((contact.x_mm, contact.y_mm))
+        else:
+            sighting.contacts.append(contact)
+
+    def _contact(self, seen: Seen, place_px: tuple[float, float], firm: bool) -> Contact:
+        x, y = self.area_of(*place_px)
         width_mm, height_mm = self._place.area.size_mm
-        if said.lifted or (said.raised and self._was_near((u, v), before.raised_px)):
-            sighting.lifted_mm.append((x * width_mm, y * height_mm))
-            return
         back_u, back_v = seen.lay.along(seen.angle)
-        back_x, back_y = self.area_of(u + back_u, v + back_v)
-        begins = said.sure or self._was_near((u, v), before.low_px)
-        contact = Contact(
+        back_x, back_y = self.area_of(place_px[0] + back_u, place_px[1] + back_v)
+        return Contact(
             x=x,
             y=y,
             x_mm=x * width_mm,
             y_mm=y * height_mm,
-            height_mm=max(0.0, said.clearance_mm),
+            height_mm=max(0.0, seen.fit.clearance_mm),
             area_mm2=pi * seen.radius_mm**2,
             angle=_half_turn(atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
-            firm=said.low and begins and seen.shown,
+            firm=firm,
         )
-        sighting.contacts.append(contact)
 
     def _was_near(self, place: tuple[float, float], before_px: Sequence[tuple[float, float]]) -> bool:
         return any(dist(place, px) < self._again_px for px in before_px)
@@ -184,6 +191,7 @@ def _sightings(found: Found) -> list[Seen]:
     return [
         Seen(
             *resting.foot_px,
+            *tip.under_px,
             resting.angle,
             tip.radius_mm,
             Fit(tip.pitch_rad, tip.seen_pitch_rad, tip.clearance_mm, misfit, core, share),

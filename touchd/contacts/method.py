@@ -17,11 +17,13 @@ class Sighting:
     """What a method made of one picture.
 
     A contact that is not ``firm`` continues a touch but begins none. ``lifted_mm`` are places (x, y in mm of the area)
-    where a finger is seen that surely does not touch, so that a touch there need not be waited for.
+    where a finger is seen that surely does not touch, so that a touch there need not be waited for. ``hovers`` are
+    fingertips that are seen well and do not touch, none of them firm; ``height_mm`` is the gap below each.
     """
 
     contacts: list[Contact]
     lifted_mm: list[tuple[float, float]] = field(default_factory=list)
+    hovers: list[Contact] = field(default_factory=list)
 
 
 class ContactMethod(Protocol):

@@ -29,12 +29,15 @@ _LONGEST = 30  # pictures that an average goes back
 class Seen:
     """One fingertip in a picture.
 
-    ``u``, ``v``: where the surface under the centre of its ball is seen, if it rests; ``angle``: of the way back along
-    the finger, in the frame of ``lay``. ``shown``: whether this picture showed it.
+    ``u``, ``v``: where the surface under the centre of its ball is seen, if it rests; ``u_under``, ``v_under``: the
+    same if it is as high as it seems. ``angle``: of the way back along the finger, in the frame of ``lay``. ``shown``:
+    whether this picture showed it.
     """
 
     u: float
     v: float
+    u_under: float
+    v_under: float
     angle: float
     radius_mm: float
     fit: Fit
@@ -52,6 +55,8 @@ class Seen:
             new,
             u=mixed(self.u, new.u),
             v=mixed(self.v, new.v),
+            u_under=mixed(self.u_under, new.u_under),
+            v_under=mixed(self.v_under, new.v_under),
             angle=self.angle + share * ((new.angle - self.angle + pi) % tau - pi),
             radius_mm=mixed(self.radius_mm, new.radius_mm),
             fit=Fit(

@@ -57,7 +57,13 @@ class Tip:
         return self.pitch_rad - atan(self.lean)
 
     @property
+    def under_px(self) -> tuple[float, float]:
+        """Where the surface under the ball's centre is seen, if it is as high as it was fitted."""
+        lay, height_mm = self.guess.lay, self.radius_mm + self.clearance_mm
+        return self.u - lay.u_by_z * height_mm, self.v - lay.v_by_z * height_mm
+
+    @property
     def foot_px(self) -> tuple[float, float]:
-        """Where the surface under the ball's centre is seen."""
+        """Where the surface under the ball's centre is seen, if it rests."""
         lay = self.guess.lay
         return self.u - lay.u_by_z * self.radius_mm, self.v - lay.v_by_z * self.radius_mm

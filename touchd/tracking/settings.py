@@ -11,6 +11,7 @@ class TrackingSettings:
     ``coast_ms``: how long a touch outlives its contact. ``gate_mm``: farthest a contact may lie from where its touch
     was expected, at 30 Hz. ``stray_mm``: how far outside the area a touch may slide before it ends.
     ``min_cutoff_hz``, ``beta_hz_s_mm``: the one-euro filter's cutoff at rest, and its rise with speed.
+    ``hover_mm``: fingertips up to this height over the surface are followed as hovers; at 0 there are none.
     ``rest_mm_s``: below this speed a touch is at rest and its velocity is exactly zero.
     """
 
@@ -21,3 +22,4 @@ class TrackingSettings:
     min_cutoff_hz: float = 1.5
     beta_hz_s_mm: float = 0.1
     rest_mm_s: float = 5.0
+    hover_mm: float = 40.0

@@ -75,6 +75,11 @@ class Tracker:
         return [track.expected_mm(t_ns) for track in self._tracks]
 
     @property
+    def places_mm(self) -> list[tuple[float, float]]:
+        """Where in the area the live touches were seen last."""
+        return [(track.contact.x_mm, track.contact.y_mm) for track in self._tracks]
+
+    @property
     def next_session_id(self) -> int:
         """The id that the next touch will get."""
         return self._next_id
