@@ -37,7 +37,7 @@ bench: $(STAMP)
 accuracy: $(STAMP)
 	$(BIN)/touchd bench accuracy $(ACCURACY)
 
-# All scenes, which takes half an hour, and then the tables and pictures of docs/accuracy.md from them. A run that was
+# All scenes with five seeds, which takes the better part of an hour, and then the tables and pictures of docs/accuracy.md from them. A run that was
 # broken off goes on; empty .cache/accuracy after a change of the code.
 accuracy-docs: $(STAMP)
 	$(BIN)/touchd bench accuracy --jobs 2 --heights 750,1500 --seeds 301-305 --keep .cache/accuracy --json > .cache/accuracy.json

@@ -7,10 +7,10 @@ import pytest
 from touchd.contacts.candidates import Outline, Walk, find_ends
 from touchd.contacts.decide import Fit, verdict
 from touchd.contacts.fit import Fitted
-from touchd.contacts.heights import Lay
+from touchd.contacts.heights import HIGHEST_MM, Lay
 from touchd.contacts.memory import Memory
 from touchd.contacts.neighbours import close, distinct, owned_samples
-from touchd.contacts.patch import HIGHEST_MM, UNKNOWNS, finger_height, make_bank, reading, seen_height
+from touchd.contacts.patch import UNKNOWNS, finger_height, make_bank, reading, seen_height
 from touchd.contacts.tips import Guess
 from touchd.geometry import kinect_v1_sensor
 

@@ -51,7 +51,6 @@ class Verdict:
     ``lifted``: seen well, and not touching. ``hovers``: seen well, and too high to begin a touch.
     """
 
-    clearance_mm: float
     low: bool
     sure: bool
     kept: bool
@@ -63,7 +62,7 @@ class Verdict:
 def verdict(fit: Fit, step_mm: float) -> Verdict:
     """Return whether a fingertip touches, where a raw step of the sensor is ``step_mm`` high."""
     if fit.seen < _SEEN_AT_ALL:
-        return Verdict(fit.clearance_mm, low=False, sure=False, kept=False, raised=False, lifted=False, hovers=False)
+        return Verdict(low=False, sure=False, kept=False, raised=False, lifted=False, hovers=False)
     clearance_mm, doubt_mm = fit.clearance_mm, _doubt_mm(fit, step_mm)
     fine = max(0.0, _FINE_UP_TO_STEP - step_mm)
     unsteady_mm = _UNSTEADY_MM * fine * max(0.0, fit.seen_pitch_rad - _UNSTEADY_RAD)
@@ -72,7 +71,6 @@ def verdict(fit: Fit, step_mm: float) -> Verdict:
     finger = fit.seen > _SEEN_WELL and not _is_slab(fit)
     low, clear = clearance_mm + doubt_mm < on_mm, doubt_mm < _CLEAR_STEPS * step_mm
     return Verdict(
-        clearance_mm,
         low=finger and low,
         sure=doubt_mm < _SURE_STEPS * step_mm,
         kept=fit.core < _HOPELESS and clearance_mm + _KEPT_SHARE * doubt_mm < off_mm + unsteady_mm,

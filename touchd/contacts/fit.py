@@ -124,8 +124,8 @@ class Fitter:
     def reach_mm(self, pixel_mm: float, level_mm: float) -> float:
         """Return where along a typical touching finger its heights pass a level, from the ball's centre."""
         scale = bisect(self._scales, pixel_mm)
-        level = len(self._leans) // 2
-        at = self._of_lean[-1] * scale + self._of_lean[level] + self._shape(level, 0.6, 6.4, 0.0)
+        upright = len(self._leans) // 2  # the lean of a camera straight above
+        at = self._of_lean[-1] * scale + self._of_lean[upright] + self._shape(upright, 0.6, 6.4, 0.0)
         rows = self._bank.templates[at]
         heights = (rows[0] + (np.array([0.6, 0.0, 6.4], np.float32) - self._bank.middles[at]) @ rows[5:]) / rows[1]
         along, across = self._bank.places_mm[scale]

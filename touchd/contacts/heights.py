@@ -21,7 +21,7 @@ _LEAST_COSINE = 0.5  # between the surface's normal and the way that the camera 
 _COARSEST_MM = 16.0  # a raw step as high as this tells no finger from the surface
 _HOLE_PX = 7  # smaller blind spots are surface like what surrounds them
 _LOW_MM = -20.0  # heights are cut to these; lower is no reading, higher is all hand
-_HIGH_MM = 120.0
+HIGHEST_MM = 120.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +141,7 @@ class Heights:
         nearer = cv2.subtract(self._reference[box.window], seen, dtype=cv2.CV_32F)
         heights = as_floats(cv2.multiply(nearer, self._gain[box.window], dst=nearer))
         # In one pass each; numpy's clip takes twice as long.
-        cv2.threshold(heights, _HIGH_MM, 0.0, cv2.THRESH_TRUNC, dst=heights)
+        cv2.threshold(heights, HIGHEST_MM, 0.0, cv2.THRESH_TRUNC, dst=heights)
         cv2.max(heights, _LOW_MM, dst=heights)  # type: ignore[call-overload]
         if not self._invalid_is_far:
             np.copyto(heights, _LOW_MM, where=readings == 0)

@@ -13,6 +13,7 @@ from math import atan, ceil, cos, sin
 import cv2
 import numpy as np
 
+from touchd.contacts.heights import HIGHEST_MM
 from touchd.geometry import Doubles
 from touchd.model import Floats, Mask, Sensor, frozen_array
 
@@ -26,7 +27,6 @@ _SEEN_PITCHES_RAD = (-0.6, -0.4, -0.2, 0.0, 0.17, 0.34, 0.5, 0.66, 0.8, 0.93, 1.
 _PITCH_MARGIN_RAD, _STEEPEST_RAD, _PITCH_STEP_RAD = 0.1, 1.5, 0.1
 _TAPER = 0.03  # a finger's radius grows by this much for each mm of the way back
 _STEEPEST_COS = 0.05
-HIGHEST_MM = 120.0
 _SUBPIXELS = 3
 _ROWS, _COLUMNS = 13, 11
 _AROUND_MM, _BEHIND_MM = 7.0, 15.0  # how far the places reach, before the window's half is added
