@@ -115,6 +115,21 @@ class Shell:
     far_mm: float  # median height of the upper one
 
 
+COARSE_PX = 4
+
+
+@dataclass(frozen=True, slots=True)
+class CoarsePicture:
+    """One pixel of every ``COARSE_PX`` in rows and columns: enough to tell hands, arms and things.
+
+    ``heights_mm`` (H / 4, W / 4) float32 above the surface; 0 where ``readings`` (the same shape) is false, because
+    there is none or the surface is not known there. Pixel (row, column) is that at (4 · row + 2, 4 · column + 2).
+    """
+
+    heights_mm: Floats
+    readings: Mask
+
+
 @dataclass(frozen=True, slots=True)
 class Contact:
     """A touch seen in one frame.
@@ -145,6 +160,7 @@ class Cursor:
     height_mm: float
     area_mm2: float
     angle: float
+    hand: int | None = None  # the id of the hand it belongs to, where that can be told
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +170,35 @@ class Hover:
     hover_id: int
     x: float
     y: float
+    height_mm: float
+    hand: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Hand:
+    """A hand over the surface, for as long as its arm stays in the picture.
+
+    ``x``, ``y``: area coordinates of the surface under its middle, not clamped; ``height_mm``: how high that is above
+    the surface. ``side``: "left" or "right", None where it cannot be told. ``person``: whose it is.
+    """
+
+    hand_id: int
+    x: float
+    y: float
+    height_mm: float
+    side: str | None
+    person: int
+
+
+@dataclass(frozen=True, slots=True)
+class TableObject:
+    """A thing that lies on the surface and that no hand holds.
+
+    ``outline``: the corners of the polygon around it, in area coordinates; ``height_mm``: how high it typically is.
+    """
+
+    object_id: int
+    outline: tuple[tuple[float, float], ...]
     height_mm: float
 
 
@@ -169,7 +214,7 @@ class State(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TouchFrame:
-    """What the pipeline says of one frame. ``cursors`` and ``hovers`` are in the order of their ids."""
+    """What the pipeline says of one frame. What it lists is in the order of the ids."""
 
     index: int
     t_ns: int
@@ -177,6 +222,8 @@ class TouchFrame:
     cursors: tuple[Cursor, ...] = ()
     why: str | None = None
     hovers: tuple[Hover, ...] = ()
+    hands: tuple[Hand, ...] = ()
+    objects: tuple[TableObject, ...] = ()
 
     def as_event(self) -> dict[str, Any]:
         """Return the event line's object: see "Events" in docs/design.md."""
@@ -196,8 +243,19 @@ class TouchFrame:
                     "height_mm": c.height_mm,
                     "area_mm2": c.area_mm2,
                     "angle": c.angle,
+                    "hand": c.hand,
                 }
                 for c in self.cursors
             ],
-            "hovers": [{"id": h.hover_id, "x": h.x, "y": h.y, "height_mm": h.height_mm} for h in self.hovers],
+            "hovers": [
+                {"id": h.hover_id, "x": h.x, "y": h.y, "height_mm": h.height_mm, "hand": h.hand} for h in self.hovers
+            ],
+            "hands": [
+                {"id": h.hand_id, "x": h.x, "y": h.y, "height_mm": h.height_mm, "side": h.side, "person": h.person}
+                for h in self.hands
+            ],
+            "objects": [
+                {"id": o.object_id, "outline": [list(corner) for corner in o.outline], "height_mm": o.height_mm}
+                for o in self.objects
+            ],
         }

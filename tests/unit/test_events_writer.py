@@ -12,7 +12,7 @@ from typing import Literal
 
 import pytest
 from touchd.errors import ExitCode, OutputError
-from touchd.model import Cursor, Hover, State, TouchFrame
+from touchd.model import Cursor, Hand, Hover, State, TableObject, TouchFrame
 from touchd.outputs.events import EventWriter, QueuedEventWriter
 from touchd.outputs.output import Output, OutputStatus
 
@@ -44,11 +44,20 @@ def files_of_at_most(size: int) -> Iterator[None]:
 def test_a_line_is_one_compact_object_in_full_precision(tmp_path: Path) -> None:
     path = tmp_path / "events.jsonl"
     with EventWriter(path) as writer:
-        writer.write(replace(frame(7, CURSOR), hovers=(Hover(2, 0.5, 0.75, 12.5),)))
+        writer.write(
+            replace(
+                frame(7, replace(CURSOR, hand=4)),
+                hovers=(Hover(2, 0.5, 0.75, 12.5),),
+                hands=(Hand(4, 0.5, 1.25, 80.0, "left", 1),),
+                objects=(TableObject(9, ((0.0, 0.0), (0.5, 0.0), (0.5, 0.25)), 8.0),),
+            )
+        )
     assert path.read_text(encoding="ascii") == (
         '{"frame":7,"t":7.0,"state":"tracking","why":null,"cursors":[{"id":3,"x":0.1,"y":0.3333333333333333,'
-        '"vx":0.25,"vy":-0.5,"accel":0.0,"height_mm":4.5,"area_mm2":60.0,"angle":0.125}],'
-        '"hovers":[{"id":2,"x":0.5,"y":0.75,"height_mm":12.5}]}\n'
+        '"vx":0.25,"vy":-0.5,"accel":0.0,"height_mm":4.5,"area_mm2":60.0,"angle":0.125,"hand":4}],'
+        '"hovers":[{"id":2,"x":0.5,"y":0.75,"height_mm":12.5,"hand":null}],'
+        '"hands":[{"id":4,"x":0.5,"y":1.25,"height_mm":80.0,"side":"left","person":1}],'
+        '"objects":[{"id":9,"outline":[[0.0,0.0],[0.5,0.0],[0.5,0.25]],"height_mm":8.0}]}\n'
     )
 
 
