@@ -44,18 +44,18 @@ def lowest_seen_mm(scene: LabScene) -> list[float]:
     That is the 5th percentile of the heights (along the optical axis, of what rises by 2 mm or more) within 10 mm of
     the touch point in a picture without noise; infinite where nothing rises there.
     """
-    empty = scene.true_depth(0).depth_mm
     touching: dict[int, list[tuple[int, TrueTip]]] = {}
     for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
         for tip in scene.truth(index).tips:
             if tip.touching:
                 touching.setdefault(tip.tip, []).append((index, tip))
     middles = (frames[len(frames) // 2] for frames in touching.values())
-    return [_lowest_mm(empty - scene.true_depth(index).depth_mm, scene, tip) for index, tip in middles]
+    return [_lowest_mm(scene, index, tip) for index, tip in middles]
 
 
-def _lowest_mm(heights: Floats, scene: LabScene, tip: TrueTip) -> float:
-    u, v = scene.camera.pixels(np.array([tip.x_mm, tip.y_mm, tip.z_mm]))
+def _lowest_mm(scene: LabScene, index: int, tip: TrueTip) -> float:
+    heights: Floats = scene.empty_depth(index).depth_mm - scene.true_depth(index).depth_mm
+    u, v = scene.camera_at(index).pixels(np.array([tip.x_mm, tip.y_mm, tip.z_mm]))
     reach_px = _NEAR_MM * scene.camera.intrinsics.fx / scene.height_mm
     rows, columns = np.indices(heights.shape)
     risen = heights[((columns - u) ** 2 + (rows - v) ** 2 < reach_px**2) & (heights >= _RISEN_MM)]

@@ -68,7 +68,8 @@ class TableCamera:
         right, down = radians(self.knocked_deg[0]), radians(self.knocked_deg[1])
         sideways = np.array([[cos(right), 0.0, sin(right)], [0.0, 1.0, 0.0], [-sin(right), 0.0, cos(right)]])
         downwards = np.array([[1.0, 0.0, 0.0], [0.0, cos(down), sin(down)], [0.0, -sin(down), cos(down)]])
-        return sideways @ downwards
+        knock: Doubles = sideways @ downwards
+        return knock
 
 
 @dataclass(frozen=True, slots=True)
