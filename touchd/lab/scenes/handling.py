@@ -70,7 +70,7 @@ def _handled(room: Room, kind: Kind) -> Cast:
     beside = _touching(room, owner.person, _beside(room, owner, kind, lies, 3), end_ms(put) + 100.0)
     on = _touching(room, owner.person, _on(room, kind, lies, 3), put.legs[2].end_ns / NS + 1e3 * TOUCHABLE_AFTER_S)
     on = replace(on, ground=Ground((kind.as_ground(lies),)))
-    push_mm = room.between(70.0, 90.0)
+    push_mm = room.between(58.0, 72.0)
     pushed = replace(lies, at_mm=place_at(lies.at_mm, push_mm, owner.heading_deg))
     push = _push(room, owner, kind, lies, push_mm, end_ms(on) + 200.0)
     freed = place_at(lies.at_mm, kind.edge_mm(lies, owner.heading_deg) - 0.45 * push_mm, owner.heading_deg + 180.0)
@@ -92,7 +92,7 @@ def _someone_with_a_place(room: Room) -> tuple[Owner, Laid]:
     person = someone(room, 0, float(room.rng.choice([0.0, 180.0])) + room.between(-12.0, 12.0))
     left = bool(room.rng.random() < 0.4)
     width, height = room.area.size_mm
-    spot = place_at(room.area.centre_mm, room.between(0.0, 0.08) * height, person.side_deg)
+    spot = place_at(room.area.centre_mm, room.between(0.1, 0.15) * height, person.side_deg)
     spot = (spot[0] + room.between(-0.08, 0.08) * width, spot[1])
     x_mm, y_mm = pivot(room, person, left)
     heading = degrees(atan2(spot[0] - x_mm, y_mm - spot[1]))
