@@ -55,7 +55,7 @@ def text_tables(outcomes: Sequence[Outcome], head: str) -> Iterator[str]:
 def _measure_table(columns: Sequence[Summary]) -> Iterator[str]:
     width = max(24, *(len(column.contender) + 2 for column in columns))
     yield " " * _LABEL + "".join(f"{column.contender:>{width}s}" for column in columns)
-    for measure in MEASURES:
+    for measure in (measure for measure in MEASURES if any(column.spread[measure.key] for column in columns)):
         label = f"{measure.meaning}{f', {measure.unit}' if measure.unit else ''}"
         yield f"{label:{_LABEL}s}" + "".join(f"{cell(measure, column):>{width}s}" for column in columns)
 

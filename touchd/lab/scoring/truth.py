@@ -10,7 +10,11 @@ from typing import Any, TypeAlias
 from touchd.errors import RecordingError
 from touchd.formats.folder import reading
 
+HAPPENINGS_NAME = "happenings.json"
+
 TipJson: TypeAlias = Mapping[str, Any]
+HappeningJson: TypeAlias = Mapping[str, Any]
+Outline: TypeAlias = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +35,28 @@ class Tip:
     touching: bool
     inside: bool  # the area
     person: int
+    side: str | None = None  # "left" or "right": which hand it is, where the truth tells
+    either: bool = False  # it holds something so low that it may be taken for a touch or not
+
+
+@dataclass(frozen=True, slots=True)
+class TrueThing:
+    """A thing in one frame: the corners of its upper side in mm of the area, and whether a hand holds it."""
+
+    number: int
+    outline_mm: Outline
+    held: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Happening:
+    """What there was besides fingertips in a frame: things, and why no touch can be asked for (None: any can)."""
+
+    things: tuple[TrueThing, ...] = ()
+    upset: str | None = None
+
+
+NOTHING = Happening()
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,11 +64,13 @@ class Truth:
     """The fingertips of each depth frame, counted from 0; ``size_mm`` is the area's width and height.
 
     ``visible``: by touch, which share of its fingertip's side towards the camera nothing hides (0..1), where known.
+    ``happenings``: by frame, what there was besides fingertips, if anything.
     """
 
     size_mm: tuple[float, float]
     frames: tuple[tuple[Tip, ...], ...]
     visible: Mapping[int, float] = field(default_factory=dict)
+    happenings: Mapping[int, Happening] = field(default_factory=dict)
 
     @property
     def crowded(self) -> bool:
@@ -55,14 +83,30 @@ def _is_crowd(down: Sequence[Tip]) -> bool:
     return len({tip.person for tip in down}) > 1 or max(fingers.values(), default=0) >= 5
 
 
-def truth_of(frames: Sequence[Sequence[TipJson]], size_mm: tuple[float, float]) -> Truth:
-    """Return the truth in the form of a truth file: a list of fingertips for each frame.
+def truth_of(
+    frames: Sequence[Sequence[TipJson]], size_mm: tuple[float, float], happenings: Sequence[HappeningJson] = ()
+) -> Truth:
+    """Return the truth in the form of a truth file: a list of fingertips for each frame; and of a file of happenings.
 
-    Needed of each: tip, x, y, clearance_mm, touching. finger and hand are each touch's own where they are not given.
+    Needed of each tip: tip, x, y, clearance_mm, touching. Where they are not given, finger and hand are each touch's
+    own.
     Raises KeyError, TypeError or ValueError for anything else.
     """
     tips = tuple(tuple(_tip(tip, size_mm) for tip in frame) for frame in frames)
-    return Truth(size_mm, tips)
+    return Truth(size_mm, tips, happenings={int(one["frame"]): _happening(one, size_mm) for one in happenings})
+
+
+def _happening(happening: HappeningJson, size_mm: tuple[float, float]) -> Happening:
+    width_mm, height_mm = size_mm
+    things = tuple(
+        TrueThing(
+            number=int(thing["id"]),
+            outline_mm=tuple((float(x) * width_mm, float(y) * height_mm) for x, y in thing["outline"]),
+            held=bool(thing["held"]),
+        )
+        for thing in happening["things"]
+    )
+    return Happening(things, happening["upset"])
 
 
 def _tip(tip: TipJson, size_mm: tuple[float, float]) -> Tip:
@@ -78,15 +122,22 @@ def _tip(tip: TipJson, size_mm: tuple[float, float]) -> Tip:
         touching=bool(tip["touching"]),
         inside=0.0 <= x <= 1.0 and 0.0 <= y <= 1.0,
         person=int(tip.get("person", 0)),
+        side=tip.get("side"),
+        either=bool(tip.get("either", False)),
     )
 
 
 def read_truth(path: Path, size_mm: tuple[float, float]) -> Truth:
-    """Return the truth in a truth.json for an area of this size. Raises RecordingError."""
+    """Return the truth in a truth.json for an area of this size, with the happenings beside it, if there are any.
+
+    Raises RecordingError.
+    """
+    beside = path.parent / HAPPENINGS_NAME
     with reading(path):
         text = path.read_bytes()
+        happenings = beside.read_bytes() if beside.exists() else b"[]"
     try:
-        return truth_of(json.loads(text), size_mm)
+        return truth_of(json.loads(text), size_mm, json.loads(happenings))
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise RecordingError(
             f"{path} is no truth file ({type(error).__name__}: {error}): expected is a list for each depth frame of "
