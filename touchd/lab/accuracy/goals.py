@@ -10,7 +10,7 @@ from touchd.lab.scoring.measures import BY_KEY
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """A limit for a figure at a height: at most, or at least. ``crowded``: over crowds alone; ``scene``: in one alone."""
+    """A limit for a figure at a height: at most, or at least. ``crowded``: over crowds alone, ``scene``: over one."""
 
     key: str
     height_mm: float

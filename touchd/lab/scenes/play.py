@@ -7,7 +7,7 @@ import numpy as np
 
 from touchd.geometry import Doubles, project_ideal
 from touchd.lab.scenes.performer import Foot, Numbered, Performer, finger_number, numbered
-from touchd.lab.scenes.things import Thing
+from touchd.lab.scenes.things import Kind, Laid, Thing
 from touchd.lab.scenes.timeline import Leg
 from touchd.lab.scenes.truth import NO_TOUCH, TrueStack, TrueThing, TrueTip, TrueTouch
 from touchd.table.relief import Ground
@@ -69,14 +69,8 @@ class Play:
 
     def things(self, t_ns: int) -> tuple[TrueThing, ...]:
         """Return the things at a time."""
-        laid = ((number, thing, thing.laid(t_ns)) for number, thing in enumerate(self._things, 1))
-        found = []
-        for number, thing, at in laid:
-            if at is not None:
-                corners = self._area_coordinates(thing.kind.top_corners_mm(at))
-                outline = tuple((x, y) for x, y in corners)
-                found.append(TrueThing(number, thing.kind.name, outline, at.z_mm + thing.kind.size_mm[2], at.held))
-        return tuple(found)
+        laid = ((number, thing.kind, thing.laid(t_ns)) for number, thing in enumerate(self._things, 1))
+        return tuple(self._true_thing(number, kind, at) for number, kind, at in laid if at is not None)
 
     def tips(self, t_ns: int) -> tuple[TrueTip, ...]:
         """Return the fingertips in play that are in the picture at a time."""
@@ -92,6 +86,13 @@ class Play:
     def _on_stage(self, t_ns: int) -> list[tuple[Performer, Leg]]:
         pairs = ((performer, performer.leg(t_ns)) for performer in self._performers)
         return [(performer, leg) for performer, leg in pairs if leg is not None]
+
+    def _true_thing(self, number: int, kind: Kind, at: Laid) -> TrueThing:
+        high = kind.size_mm[2]
+        outline, footprint = (
+            tuple((x, y) for x, y in self._area_coordinates(kind.corners_mm(at, up_mm))) for up_mm in (high, -at.z_mm)
+        )
+        return TrueThing(number, kind.name, outline, footprint, at.z_mm + high, at.held)
 
     def _tips_of(self, performer: Performer, leg: Leg, t_ns: int) -> list[TrueTip]:
         feet = performer.feet(leg, t_ns, self._under(performer))

@@ -59,11 +59,11 @@ class Kind:
         """Return what it looks like where it is laid."""
         return self.look(self, laid)
 
-    def top_corners_mm(self, laid: Laid) -> Doubles:
-        """Return the corners (4, 3) of its upper side in table coordinates."""
-        width, depth, height = self.size_mm
+    def corners_mm(self, laid: Laid, up_mm: float) -> Doubles:
+        """Return the corners (4, 3) of its rectangle, so high over its base, in table coordinates."""
+        width, depth, _ = self.size_mm
         signs = ((-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5))
-        return np.array([laid.point(a * width, b * depth, height) for a, b in signs])
+        return np.array([laid.point(a * width, b * depth, up_mm) for a, b in signs])
 
     def as_ground(self, laid: Laid) -> Book:
         """Return its upper side as something that hands move over."""

@@ -95,14 +95,16 @@ class TrueStack:
 
 @dataclass(frozen=True, slots=True)
 class TrueThing:
-    """A thing on the table or in a hand: the area coordinates of its upper side's corners, and how high that is.
+    """A thing on the table or in a hand.
 
-    ``held``: a hand carries or pushes it.
+    ``outline`` and ``footprint`` are the area coordinates of the corners of its upper side and of the table right under
+    it, ``height_mm`` is how high its upper side is over the table. ``held``: a hand carries or pushes it.
     """
 
     number: int
     kind: str
     outline: tuple[tuple[float, float], ...]
+    footprint: tuple[tuple[float, float], ...]
     height_mm: float
     held: bool
 
@@ -112,6 +114,7 @@ class TrueThing:
             "id": self.number,
             "kind": self.kind,
             "outline": [list(corner) for corner in self.outline],
+            "footprint": [list(corner) for corner in self.footprint],
             "height_mm": self.height_mm,
             "held": self.held,
         }

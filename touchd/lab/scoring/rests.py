@@ -6,13 +6,15 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from touchd.lab.scoring.events import Pair
 from touchd.lab.scoring.matching import ScoredFrame
 from touchd.lab.scoring.touches import Life, TrueTouch
-from touchd.lab.scoring.truth import Outline
+from touchd.lab.scoring.truth import Outline, TrueThing
 
 _NEAR_MM = 15.0  # a false touch so near to a thing is the thing's
 _MIDDLE_MM = 20.0  # so far outside a thing the middle of what is said of it may lie
 _NOTICED_S = 2.0  # what lies so long is to be seen
+_GONE_S = 1.0  # what is gone for so long is not
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,9 +23,11 @@ class ThingScore:
 
     - ``on``, ``beside``, ``where_lay``: touches on a thing that lies there, on the bare table meanwhile, and on the
       bare table where one lay before; ``found_...``: of those the found.
-    - ``false_on``, ``false_where_lay``: false touches that began on a thing or within 15 mm of it, and where one lay.
+    - ``false_on``, ``false_where_lay``: false touches that began on a thing or within 15 mm of it, be it that a hand
+      still held it, and where one lay.
     - ``lying``, ``seen``: how often a thing that had lain for 2 s was there in a frame, and was among the objects that
-      the program told of; both 0 where it told of none at all. ``ghosts``: objects told of where there was none.
+      the program told of; both 0 where it told of none at all. ``told``: how many objects it told of, frame by frame;
+      ``ghosts``: of those the ones where there was none, nor had been within a second.
     """
 
     rests: int = 0
@@ -47,6 +51,7 @@ class _Rest:
 
     number: int
     outline_mm: Outline
+    footprint_mm: Outline
     first: int
     last: int
 
@@ -61,8 +66,8 @@ def thing_score(
     rests = _rests(frames)
     if not rests:
         return ThingScore()
-    where = {number: _where(rests, touch.first, touch.place_mm, 0.0) for number, touch in touches.items()}
-    false_where = [_where(rests, life.born, life.place_mm, _NEAR_MM) for life in false]
+    where = {number: _where(rests, touch) for number, touch in touches.items()}
+    false_where = [_where_false(frames, rests, life) for life in false]
     lying, seen, ghosts = _told(frames, rests)
     told = sum(len(frame.objects_mm) for frame in frames)
     return ThingScore(
@@ -99,21 +104,34 @@ def _rests(frames: Sequence[ScoredFrame]) -> list[_Rest]:
             first = rest.first if rest is not None and same else at
             if rest is not None and not same:
                 rests.append(rest)
-            open_[thing.number] = _Rest(thing.number, thing.outline_mm, first, at)
+            open_[thing.number] = _Rest(thing.number, thing.outline_mm, thing.footprint_mm, first, at)
     return rests + list(open_.values())
 
 
-def _where(rests: Sequence[_Rest], at: int, place_mm: tuple[float, float], margin_mm: float) -> str | None:
-    """Return what a place is at a time: on a thing, where one lay, beside one; None where nothing lay yet."""
-    inside = [rest for rest in rests if _inside(rest.outline_mm, place_mm, margin_mm)]
-    if any(rest.first <= at <= rest.last for rest in inside):
+def _where(rests: Sequence[_Rest], touch: TrueTouch) -> str | None:
+    """Return where a touch begins: on a thing, where one lay, beside one; None where nothing lay yet."""
+    there = any(rest.first <= touch.first <= rest.last for rest in rests)
+    if touch.raised and there:
         return "on"
-    if any(rest.last < at for rest in inside):
+    left = [rest for rest in rests if rest.last < touch.first]
+    if any(_inside(rest.footprint_mm, touch.place_mm, 0.0) for rest in left):
         return "where it lay"
-    return "beside" if any(rest.first <= at <= rest.last for rest in rests) else None
+    return "beside" if there else None
 
 
-def _inside(outline_mm: Outline, place_mm: tuple[float, float], margin_mm: float) -> bool:
+def _where_false(frames: Sequence[ScoredFrame], rests: Sequence[_Rest], life: Life) -> str | None:
+    """Return what a false cursor began on, if on anything; a thing counts before it lies still as well."""
+    if any(_is_near(thing, life.place_mm) for thing in frames[life.born].things):
+        return "on"
+    left = [rest for rest in rests if rest.last < life.born]
+    return "where it lay" if any(_is_near(rest, life.place_mm) for rest in left) else None
+
+
+def _is_near(thing: TrueThing | _Rest, place_mm: Pair) -> bool:
+    return any(_inside(outline, place_mm, _NEAR_MM) for outline in (thing.outline_mm, thing.footprint_mm))
+
+
+def _inside(outline_mm: Outline, place_mm: Pair, margin_mm: float) -> bool:
     return cv2.pointPolygonTest(np.array(outline_mm, np.float32), place_mm, measureDist=True) >= -margin_mm
 
 
@@ -127,14 +145,15 @@ def _told(frames: Sequence[ScoredFrame], rests: Sequence[_Rest]) -> tuple[int, i
         lying += len(noticed)
         seen += sum(any(_inside(rest.outline_mm, middle, _MIDDLE_MM) for middle in middles) for rest in noticed)
         outlines = [thing.outline_mm for thing in frame.things]
+        outlines += [rest.outline_mm for rest in rests if 0.0 <= frame.t_s - frames[rest.last].t_s <= _GONE_S]
         ghosts += sum(_is_ghost(outlines, middle) for middle in middles)
     return lying, seen, ghosts
 
 
-def _is_ghost(outlines: Iterable[Outline], middle: tuple[float, float]) -> bool:
+def _is_ghost(outlines: Iterable[Outline], middle: Pair) -> bool:
     return not any(_inside(outline, middle, _MIDDLE_MM) for outline in outlines)
 
 
-def _middle(outline: Outline) -> tuple[float, float]:
+def _middle(outline: Outline) -> Pair:
     xs, ys = (list(axis) for axis in zip(*outline, strict=True))
     return (sum(xs) / len(xs), sum(ys) / len(ys))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from touchd.lab.scoring.events import Pair
 from touchd.lab.scoring.matching import Match, ScoredFrame
+from touchd.lab.scoring.truth import Tip
 
 # A cursor that comes this long before a touch, or stays this long after it, still was made for it.
 AROUND_S = 0.1
@@ -16,7 +17,7 @@ class TrueTouch:
     """A true touch; frames are positions in the list of scored frames.
 
     ``first`` and ``last``: the frames between which it touches inside the area; ``touching``: in how many it does so.
-    ``place_mm``: where it begins.
+    ``place_mm``: where it begins; ``raised``: on something, higher than the table.
     """
 
     number: int
@@ -25,6 +26,7 @@ class TrueTouch:
     last: int
     touching: int
     place_mm: Pair
+    raised: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,20 +57,22 @@ def true_touches(frames: Sequence[ScoredFrame]) -> dict[int, TrueTouch]:
     which the camera was knocked or blind.
     """
     seen: dict[int, list[int]] = {}
-    fingers: dict[int, tuple[int, int]] = {}
-    places: dict[int, Pair] = {}
+    begins: dict[int, Tip] = {}
     upset: set[int] = set()
     for at, frame in enumerate(frames):
         for place in frame.places:
             tip = place.tip
             if tip.touch > 0 and tip.touching and tip.inside:
                 seen.setdefault(tip.touch, []).append(at)
-                fingers[tip.touch] = (tip.hand, tip.finger)
-                places.setdefault(tip.touch, (tip.x_mm, tip.y_mm))
+                begins.setdefault(tip.touch, tip)
                 upset |= {tip.touch} if frame.upset is not None else set()
-    return {
-        n: TrueTouch(n, fingers[n], ats[0], ats[-1], len(ats), places[n]) for n, ats in seen.items() if n not in upset
-    }
+    return {n: _true_touch(begins[n], ats) for n, ats in seen.items() if n not in upset}
+
+
+def _true_touch(tip: Tip, ats: Sequence[int]) -> TrueTouch:
+    """Return a touch from how it begins and the frames in which it touches inside the area."""
+    place_mm = tip.x_mm, tip.y_mm
+    return TrueTouch(tip.touch, (tip.hand, tip.finger), ats[0], ats[-1], len(ats), place_mm, tip.z_mm > 0.0)
 
 
 def sightings(frames: Sequence[ScoredFrame], touches: Mapping[int, TrueTouch]) -> dict[int, list[Sighting]]:

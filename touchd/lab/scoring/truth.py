@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -36,15 +36,20 @@ class Tip:
     inside: bool  # the area
     person: int
     side: str | None = None  # "left" or "right": which hand it is, where the truth tells
+    z_mm: float = 0.0  # how high the touch point lies over the table
     either: bool = False  # it holds something so low that it may be taken for a touch or not
 
 
 @dataclass(frozen=True, slots=True)
 class TrueThing:
-    """A thing in one frame: the corners of its upper side in mm of the area, and whether a hand holds it."""
+    """A thing in one frame: the corners of its upper side, and of the table under it, in mm of the area.
+
+    ``held``: a hand holds it.
+    """
 
     number: int
     outline_mm: Outline
+    footprint_mm: Outline
     held: bool
 
 
@@ -93,20 +98,28 @@ def truth_of(
     Raises KeyError, TypeError or ValueError for anything else.
     """
     tips = tuple(tuple(_tip(tip, size_mm) for tip in frame) for frame in frames)
-    return Truth(size_mm, tips, happenings={int(one["frame"]): _happening(one, size_mm) for one in happenings})
+    return Truth(size_mm, tips, happenings=_happenings(happenings, size_mm))
+
+
+def _happenings(happenings: Sequence[HappeningJson], size_mm: tuple[float, float]) -> dict[int, Happening]:
+    return {int(one["frame"]): _happening(one, size_mm) for one in happenings}
 
 
 def _happening(happening: HappeningJson, size_mm: tuple[float, float]) -> Happening:
-    width_mm, height_mm = size_mm
     things = tuple(
         TrueThing(
             number=int(thing["id"]),
-            outline_mm=tuple((float(x) * width_mm, float(y) * height_mm) for x, y in thing["outline"]),
+            outline_mm=_outline_mm(thing["outline"], size_mm),
+            footprint_mm=_outline_mm(thing["footprint"], size_mm),
             held=bool(thing["held"]),
         )
         for thing in happening["things"]
     )
     return Happening(things, happening["upset"])
+
+
+def _outline_mm(corners: Sequence[Sequence[float]], size_mm: tuple[float, float]) -> Outline:
+    return tuple((float(x) * size_mm[0], float(y) * size_mm[1]) for x, y in corners)
 
 
 def _tip(tip: TipJson, size_mm: tuple[float, float]) -> Tip:
@@ -123,6 +136,7 @@ def _tip(tip: TipJson, size_mm: tuple[float, float]) -> Tip:
         inside=0.0 <= x <= 1.0 and 0.0 <= y <= 1.0,
         person=int(tip.get("person", 0)),
         side=tip.get("side"),
+        z_mm=float(tip.get("z_mm", 0.0)),
         either=bool(tip.get("either", False)),
     )
 
@@ -132,14 +146,28 @@ def read_truth(path: Path, size_mm: tuple[float, float]) -> Truth:
 
     Raises RecordingError.
     """
-    beside = path.parent / HAPPENINGS_NAME
+    happenings = _read_happenings(path.parent / HAPPENINGS_NAME, size_mm)
     with reading(path):
         text = path.read_bytes()
-        happenings = beside.read_bytes() if beside.exists() else b"[]"
     try:
-        return truth_of(json.loads(text), size_mm, json.loads(happenings))
+        return replace(truth_of(json.loads(text), size_mm), happenings=happenings)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise RecordingError(
             f"{path} is no truth file ({type(error).__name__}: {error}): expected is a list for each depth frame of "
             'its fingertips, such as {"tip": 1, "x": 0.5, "y": 0.5, "clearance_mm": 0.0, "touching": true}'
+        ) from error
+
+
+def _read_happenings(path: Path, size_mm: tuple[float, float]) -> dict[int, Happening]:
+    """Return the happenings in a file, none where there is no file. Raises RecordingError."""
+    if not path.exists():
+        return {}
+    with reading(path):
+        text = path.read_bytes()
+    try:
+        return _happenings(json.loads(text), size_mm)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise RecordingError(
+            f"{path} holds no happenings ({type(error).__name__}: {error}): expected is a list of frames such as "
+            '{"frame": 100, "upset": null, "things": []}'
         ) from error

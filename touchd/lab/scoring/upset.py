@@ -65,7 +65,7 @@ def _outlived_ms(frames: Sequence[ScoredFrame], cursors: Mapping[int, Life], spa
         appears = begin <= life.born <= end and not _stands_for_touch(frames, cursor, life)
         if there or appears:
             gone = min(life.ended + 1, len(frames) - 1)
-            yield 1e3 * (frames[gone].t_s - frames[max(begin, life.born)].t_s)
+            yield round(1e3 * (frames[gone].t_s - frames[max(begin, life.born)].t_s), 3)
 
 
 def _stands_for_touch(frames: Sequence[ScoredFrame], cursor: int, life: Life) -> bool:
