@@ -20,7 +20,7 @@ from touchd.table.scene import Block, Capsule, Hand, Place
 
 _WALK_NS = 5_000_000_000  # to and fro
 _HEAD_OFF_MM = 320.0  # from the camera to the top of a head that is too near for it
-_HEAD_IN_MS, _HEAD_WAY_MS = 1500.0, 700.0
+_HEAD_IN_MS, _HEAD_WAY_MS = 2200.0, 700.0
 _STACK_STEP_MM, _STACK_STEP_MS, _TALLEST_MM = 1.0, 300.0, 44.0
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from math import atan, cos, degrees, radians, sin
+from math import atan, cos, degrees, dist, radians, sin
 from typing import TypeAlias
 
 import numpy as np
@@ -135,10 +135,12 @@ def _tap_around(room: Room, person: Person, way: Way) -> None:
 
 
 def _hold_and_draw(room: Room, person: Person, until_ms: float, way: Way) -> None:
-    """Draw slowly, without lifting the finger, until a time."""
+    """Draw short lines slowly, without lifting the finger, until a time."""
     press(way, 130.0)
-    while way.now_ms < until_ms - 1500.0:
-        way.draw(way.here.moved(somewhere(room, person, 0.2)), room.between(120.0, 250.0))
+    while way.now_ms < until_ms - 1000.0:
+        tries = [somewhere(room, person, 0.2) for _ in range(8)]
+        here = way.here
+        way.draw(here.moved(min(tries, key=lambda at: dist(at, here.at_mm))), room.between(120.0, 250.0))
         way.stay(200.0)
     way.wait(until_ms)
     lift(room, way)

@@ -10,6 +10,7 @@ from touchd.lab.scoring.truth import Tip
 # A cursor that comes this long before a touch, or stays this long after it, still was made for it.
 AROUND_S = 0.1
 LATE_S = 0.05
+_LET_GO_S = 0.2  # one that stands for a finger that holds a thing is gone so soon after it let go and rises
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +147,7 @@ def is_false(frames: Sequence[ScoredFrame], cursor: int, life: Life) -> bool:
     stood_for = {at: match_of(frames[at], cursor) for at in range(life.born, life.ended + 1)}
     tips = {at: match.place.tip for at, match in stood_for.items() if match is not None}
     held = max((at for at, tip in tips.items() if tip.either), default=None)
-    if held is not None and frames[life.ended].t_s - frames[held].t_s <= AROUND_S:
+    if held is not None and frames[life.ended].t_s - frames[held].t_s <= _LET_GO_S:
         return False
     return not any(tip.touching for tip in tips.values())
 
