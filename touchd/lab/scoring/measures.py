@@ -90,7 +90,7 @@ MEASURES: Sequence[Measure] = (
     Measure("lift_median", "lift-off delay, median", "frames", lambda s: _percentile(s.lift_frames, 50)),
     Measure("lift_p95", "lift-off delay, p95", "frames", lambda s: _percentile(s.lift_frames, 95)),
     Measure("gap", "pinch resolved down to", "mm", least_gap_mm),
-    Measure("outlived", "longest life of a cursor after an upset", "ms", lambda s: _outlived(s.upset)),
+    Measure("outlived", "cursor's longest life after an upset", "ms", lambda s: _outlived(s.upset)),
     Measure(
         "after_found", "touches after an upset found", "%", lambda s: _share(s.upset.found_after, s.upset.after, 100.0)
     ),
