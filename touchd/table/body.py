@@ -48,7 +48,7 @@ def with_arm(
     shoulder = (wrist[0] + out[0] / distance * level, wrist[1] + out[1] / distance * level, shoulder_mm)
     elbow = _elbow(wrist, shoulder, fore, upper, held.palm.right)
     if elbow_mm is not None:
-        elbow = (elbow[0], elbow[1], elbow_mm + 37.0 * scale + (_SLEEVE_MM * scale if sleeve else 0.0))
+        elbow = (elbow[0], elbow[1], elbow_mm + 40.0 * scale + (_SLEEVE_MM * scale if sleeve else 0.0))
     arm = Capsule(elbow, shoulder, 40.0 * scale, 52.0 * scale)
     hip = plus(shoulder, (out[0] / distance, out[1] / distance, 0.0), _LEAN_MM)
     trunk = Capsule(shoulder, hip, 75.0 * scale, 115.0 * scale)
