@@ -7,7 +7,7 @@ import numpy as np
 
 from touchd.errors import UsageError
 from touchd.lab.accuracy.ranges import heights_of, names_of, seeds_of
-from touchd.lab.scenes import LAB_SCENES, LabScene, TrueTip, lab_scene
+from touchd.lab.scenes import LAB_SCENES, LONG_SCENES, LabScene, TrueTip, lab_scene
 from touchd.model import Floats
 
 # A finger's upper side is 11 to 16 mm above the surface where it touches: what shows nothing lower is hidden.
@@ -20,9 +20,9 @@ _LOWEST_PERCENT = 5
 def limits(scenes: str | None, heights: str, seeds: str) -> Iterator[str]:
     """Yield a table: for each scene and height the touches, how low they are seen, and how many are hidden.
 
-    Lists apart by commas as for `touchd bench accuracy`. Raises UsageError.
+    Lists apart by commas as for `touchd bench accuracy`; without any, all scenes but the long ones. Raises UsageError.
     """
-    names = names_of(scenes) or tuple(LAB_SCENES)
+    names = names_of(scenes) or tuple(name for name in LAB_SCENES if name not in LONG_SCENES)
     unknown = [name for name in names if name not in LAB_SCENES]
     if unknown:
         raise UsageError(f"--scenes: there is no lab scene {unknown[0]!r}; choose from {', '.join(LAB_SCENES)}")

@@ -14,7 +14,7 @@ from touchd.lab.scenes.timeline import Way, place_at
 from touchd.table.postures import POINTING
 from touchd.table.scene import Place
 
-_BESIDE_MM, _OPPOSITE_MM = 130.0, 150.0  # between the fingertips of hands that meet
+_BESIDE_MM, _OPPOSITE_MM = 110.0, 120.0  # between the fingertips of hands that meet
 _MEET_MS = 7500.0
 _ARCH_DEG = 12.0  # by which a pointing finger's last bone is steeper than the finger
 
