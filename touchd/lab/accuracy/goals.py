@@ -67,6 +67,7 @@ def _at_both(key: str, limit: float, scenes: Sequence[str], at_least: bool = Fal
 _LIVING: Sequence[Goal] = (
     *_at_both("found", 100.0, ("drift", "drift-long"), at_least=True),
     *_at_both("false_a_minute", 0.0, ("drift", "drift-long", "knock", "blind", "near-head", "forearm", *_THINGS)),
+    *_at_both("found_free", 98.0, ("forearm", "near-head"), at_least=True),
     *_at_both("outlived", 100.0, ("knock", "blind")),
     *_at_both("after_found", 100.0, ("knock", "blind"), at_least=True),
     Goal("after_error", _NEAR, 1.5, scene="knock"),
