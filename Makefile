@@ -45,7 +45,7 @@ accuracy-docs: $(STAMP)
 
 # The scenes of ten minutes, with one seed: a quarter of an hour. One of them: make long LONG="--scenes held --heights 750"
 long: $(STAMP)
-	$(BIN)/touchd bench accuracy --scenes drift-long,held --methods fingertip --heights 750,1500 --seeds 101 $(LONG)
+	$(BIN)/touchd bench accuracy --jobs 2 --scenes drift-long,held --methods fingertip --heights 750,1500 --seeds 101 $(LONG)
 
 # make golden RECORDING=FOLDER turns a recording into a test; FOLDER/golden.yaml names camera, place, what must happen.
 golden: $(TESTS)

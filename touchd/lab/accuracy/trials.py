@@ -10,7 +10,7 @@ import cv2
 from touchd.assemble import pipeline_settings
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.baselines import BASELINES
-from touchd.lab.scenes import LabScene, lab_scene, visible_shares
+from touchd.lab.scenes import LabScene, TruthFrame, lab_scene, visible_shares
 from touchd.lab.scoring import Score, SeenFrame, Truth, score, seen_frame, truth_of
 from touchd.model import Frame, Surface
 from touchd.pipeline import MissingArea, Pipeline
@@ -103,15 +103,15 @@ def scene_truth(scene: LabScene) -> Truth:
     frames = [scene.truth(index) for index in range(scene.calibration_frames + scene.frames)]
     happenings = [happening for happening in (frame.happening() for frame in frames) if happening is not None]
     truth = truth_of([frame.as_json() for frame in frames], scene.area.size_mm, happenings)
-    return replace(truth, visible=_visible(scene))
+    return replace(truth, visible=_visible(scene, frames))
 
 
-def _visible(scene: LabScene) -> dict[int, float]:
+def _visible(scene: LabScene, frames: Sequence[TruthFrame]) -> dict[int, float]:
     """Return for each touch how much of its fingertip is in sight in the middle one of its frames."""
     touching: dict[int, list[tuple[int, int]]] = {}
-    for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
-        for tip in scene.truth(index).tips:
+    for frame in frames:
+        for tip in frame.tips:
             if tip.touching:
-                touching.setdefault(tip.tip, []).append((index, tip.finger))
+                touching.setdefault(tip.tip, []).append((frame.index, tip.finger))
     middles = {number: seen[len(seen) // 2] for number, seen in touching.items()}
     return {number: visible_shares(scene, index)[finger] for number, (index, finger) in middles.items()}
