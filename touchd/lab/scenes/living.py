@@ -7,6 +7,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from touchd.geometry import raw_of_depth
 from touchd.lab.scenes.cast import NS, Cast, above, end_ms, fly_to, lift, press, somewhere, visit
 from touchd.lab.scenes.people import Person, someone
 from touchd.lab.scenes.performer import Performer
@@ -23,7 +24,6 @@ EMPTY_MS = 3000.0  # how long a table is empty before touches must be right agai
 _DRIFT_RAW, _DRIFT_MS = 3.0, 25_000.0
 _LONG_RAW, _LONG_MS = 10.0, 600_000.0
 _KNOCK_RAW, _KNOCK_MS = 3.0, 2600.0
-_RAW_PER_INVERSE_MM = 345_489.0
 _SIGHT_AGAIN_MS = 500.0  # after which touches can be asked for once a camera sees again
 _COVER_MS, _COVERED_MS, _COVER_WAY_MS = 2000.0, 1200.0, 200.0
 _COVER_RADIUS_MM, _COVER_OFF_MM, _COVER_ASIDE_MM = 120.0, 190.0, 420.0
@@ -75,8 +75,7 @@ def knock(room: Room) -> Cast:
     again_ms = max(end_ms(performer) for performer in performers) + EMPTY_MS
     performers.append(_working(room, 3, again_ms, _tap_and_draw))
     performers.append(_working(room, 4, end_ms(performers[-1]) + 200.0, _tap_and_draw))
-    turn_deg = degrees(atan(_KNOCK_RAW * room.height_mm / _RAW_PER_INVERSE_MM / _picture_width(room)))
-    turn_deg = _either_way(room, turn_deg)
+    turn_deg = _either_way(room, _turn_deg(room, _KNOCK_RAW))
     bearing = radians(room.between(-30.0, 30.0))
     turned_deg = (turn_deg * cos(bearing), turn_deg * sin(bearing))
     return Cast(tuple(performers), upsets=Upsets(knock=Knock(Span.of_ms(_KNOCK_MS, again_ms), turned_deg)))
@@ -107,9 +106,11 @@ def _either_way(room: Room, value: float) -> float:
     return value if room.rng.random() < 0.5 else -value
 
 
-def _picture_width(room: Room) -> float:
-    """Return the picture's width at a distance of 1."""
-    return 639.0 / room.camera.intrinsics.fx
+def _turn_deg(room: Room, steps: float) -> float:
+    """Return by how much to turn a camera so that readings of the table change by raw steps from side to side."""
+    raw = round(float(raw_of_depth(room.told, np.array(room.height_mm))))
+    width_mm = 639.0 / room.camera.intrinsics.fx * room.height_mm
+    return degrees(atan(steps * float(room.told.step_mm[raw]) / width_mm))
 
 
 def _working(room: Room, number: int, start_ms: float, part: Work) -> Performer:

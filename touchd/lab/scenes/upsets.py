@@ -31,7 +31,7 @@ class Span:
 
 @dataclass(frozen=True, slots=True)
 class Drift:
-    """Readings that wander off evenly by ``raw`` until ``span_ms``, and stay there; 0 ms is the first hand's time."""
+    """Readings that wander off evenly by ``raw`` until ``span_ms`` on the scene's clock, and stay there."""
 
     raw: float
     span_ms: float
