@@ -21,6 +21,7 @@ from touchd.lab.baselines import BASELINES
 from touchd.lab.scenes import LAB_SCENES, LONG_SCENES, LabScene, lab_scene
 from touchd.lab.scoring import Score
 from touchd.lab.scoring.hovering import HoverScore
+from touchd.lab.scoring.rests import ThingScore
 from touchd.lab.scoring.upset import UpsetScore
 
 OPTIONS = AccuracyOptions("taps,pinch", "750,1500", "shell", "1-3", None, 1, None, "text")
@@ -178,6 +179,17 @@ def test_a_table_has_no_row_for_what_nothing_tells() -> None:
     assert "hover height" not in plain
     hovered = Score(touches=4, found=4, hovering=HoverScore(hovering=9, found=9, height_errors_mm=(1.0,) * 9))
     assert "hover height error, mean, mm" in "\n".join(text_tables([outcome(1, hovered)], "head"))
+
+
+def test_what_happens_to_things_and_after_upsets_has_a_table_by_scene_where_a_scene_tells_it() -> None:
+    plain = outcome(1, Score(touches=4, found=4))
+    assert not any("upsets and things" in line for line in text_tables([plain], "head"))
+    laid = replace(plain, score=Score(things=ThingScore(rests=2, on=4, found_on=3)), trial=Trial("cup", 750.0, 1))
+    lines = list(text_tables([plain, laid], "head"))
+    table = lines[lines.index("head; kinect-v1, 0.75 m; upsets and things") :]
+    assert "shell" in table[1]
+    assert table[2].split() == ["cup:", "touches", "on", "things", "found,", "%", "75"]
+    assert not any(line.startswith("taps:") for line in table)
 
 
 def test_the_default_method_is_judged_or_the_first_where_it_takes_no_part() -> None:
