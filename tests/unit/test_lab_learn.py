@@ -7,6 +7,7 @@ from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
 from touchd.lab.learn.network import train
 from touchd.lab.learn.samples import Samples, joined, samples
+from touchd.lab.learn.variety import world
 from touchd.lab.scenes import LabScene, lab_scene
 
 
@@ -67,3 +68,14 @@ def test_where_nothing_comes_near_there_is_nothing_to_learn(scene: LabScene) -> 
     pipeline = pipeline_of(Contender("fingertip", "fingertip"), scene, learn(scene))
     first = scene.calibration_frames
     assert samples(pipeline, (scene.frame(index) for index in range(first, first + 3)), scene_truth(scene)) is None
+
+
+def test_plain_hands_under_any_camera_come_with_their_truth_and_the_same_ones_again() -> None:
+    worlds = [world(3, visits=2) for _ in range(2)]
+    first, again = (samples(there.pipeline, there.frames, there.truth) for there in worlds)
+    assert first is not None
+    assert again is not None
+    assert (first.traits == again.traits).all()
+    touching = first.touching > 0
+    assert touching.any()
+    assert np.median(np.hypot(*first.place_mm[touching].T)) < 6.0

@@ -22,7 +22,6 @@ from touchd.table.sensor_kinect import KinectModel
 from touchd.table.table import Table
 
 _EMPTY_FRAMES = 60
-_EPISODES = 24
 _FRAME_NS = 33_333_333
 _SHAPES = (pointing_hand, pointing_hand, pointing_hand, pinching_hand, open_hand)
 # A visit: how high the fingertips are in each frame, in shares of how high they come in, and 0 where they touch.
@@ -40,8 +39,8 @@ class World:
     truth: Truth
 
 
-def world(seed: int) -> World:
-    """Return a world; all of it follows from the seed."""
+def world(seed: int, visits: int = 24) -> World:
+    """Return a world with so many visits of a hand; all of it follows from the seed."""
     rng = np.random.default_rng([seed, 1])
     height_mm = float(rng.choice([600.0, 750.0, 750.0, 900.0, 1050.0, 1300.0, 1500.0, 1500.0, 1800.0]))
     camera = TableCamera(height_mm, float(rng.uniform(-25.0, 25.0)), float(rng.uniform(-20.0, 20.0)))
@@ -55,7 +54,7 @@ def world(seed: int) -> World:
     pipeline.calibrate()
     for index in range(_EMPTY_FRAMES):
         pipeline.step(table.render([], index * _FRAME_NS, index))
-    shown = list(_visits(rng, area, height_mm))
+    shown = list(_visits(rng, area, height_mm, visits))
     frames = (
         table.render([hand], index * _FRAME_NS, index) for index, (hand, _) in enumerate(shown, start=_EMPTY_FRAMES)
     )
@@ -80,9 +79,9 @@ def _some_kinect(rng: np.random.Generator) -> KinectModel:
     )
 
 
-def _visits(rng: np.random.Generator, area: Area, height_mm: float) -> Iterator[tuple[Hand, int]]:
+def _visits(rng: np.random.Generator, area: Area, height_mm: float, count: int) -> Iterator[tuple[Hand, int]]:
     """Yield the hand of each frame with the number of its visit, from 1 on."""
-    for number in range(1, _EPISODES + 1):
+    for number in range(1, count + 1):
         shape = _SHAPES[int(rng.integers(len(_SHAPES)))]
         high_mm = float(rng.uniform(15.0, 40.0)) * max(1.0, height_mm / 750.0)
         pose = HandPose(

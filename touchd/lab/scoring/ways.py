@@ -1,6 +1,7 @@
 """Samples of single frames and fingers: where the cursors are, how they move, and how close two may come."""
 
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from itertools import groupby
 from math import hypot, sqrt
 
@@ -67,7 +68,7 @@ def _rests(frames: Sequence[ScoredFrame]) -> Iterator[list[tuple[float, Match]]]
             yield run
 
 
-def gaps_mm(frames: Sequence[ScoredFrame], hidden: Set[int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def gaps_mm(frames: Sequence[ScoredFrame], hidden: AbstractSet[int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the distances of two touching fingers of one hand: where each has a cursor, and where not.
 
     Only frames in which exactly these two touch, less than 120 mm apart and at under 500 mm/s, and no other fingertip
