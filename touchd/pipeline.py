@@ -137,7 +137,8 @@ class Pipeline:
         seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
         cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
         hovers = self._hovers.step(seen.hovers, self._tracker.places_mm, frame.t_ns)
-        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers)
+        size_mm = self._ready.area.size_mm
+        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers, area_mm=size_mm)
 
     def stall(self, t_ns: int) -> TouchFrame:
         """End every touch because no frame came for a while."""
