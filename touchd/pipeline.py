@@ -89,7 +89,7 @@ class Pipeline:
         self._why: str | None = None
         self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
-        self._hovers = HoverTracker(settings.tracking)
+        self._hovers = HoverTracker(settings.tracking, (1.0, 1.0))
         self._last_index = 0
 
     @property
@@ -135,8 +135,8 @@ class Pipeline:
         if self._ready is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
         seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
-        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
-        hovers = self._hovers.step(seen.hovers, self._tracker.places_mm, frame.t_ns)
+        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
+        hovers = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
         size_mm = self._ready.area.size_mm
         return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers, area_mm=size_mm)
 
@@ -169,8 +169,9 @@ class Pipeline:
         """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
         self._settings = settings
         self._ready = ready
-        self._tracker.adopt(settings.tracking, ready.area.size_mm if ready else (1.0, 1.0))
-        self._hovers.adopt(settings.tracking)
+        area_mm = ready.area.size_mm if ready else (1.0, 1.0)
+        self._tracker.adopt(settings.tracking, area_mm)
+        self._hovers.adopt(settings.tracking, area_mm)
 
     def _end_all(self) -> None:
         self._tracker.end_all()
