@@ -11,7 +11,7 @@ from touchd.outputs.tuio import TuioEncoder
 from touchd.pipeline import Pipeline, PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.hands import HandPose, pointing_hand
-from touchd.table.scene import Area, TableCamera, area_corners_px
+from touchd.table.scene import Area, Hand, TableCamera, area_corners_px
 from touchd.table.table import Table
 
 FRAME_NS = 33_333_333
@@ -37,7 +37,7 @@ def told() -> list[TouchFrame]:
     pipeline = Pipeline(table.sensor, settings(), "a test")
     pipeline.calibrate()
     hands = [pointing_hand(HandPose(AREA.at(*PLACE), clearance_mm=gap_mm)) for gap_mm in GAPS_MM]
-    scenes = [[] for _ in range(EMPTY_FRAMES)] + [[hand] for hand in hands]
+    scenes: list[list[Hand]] = [[] for _ in range(EMPTY_FRAMES)] + [[hand] for hand in hands]
     frames: list[Frame] = [table.render(scene, i * FRAME_NS, i) for i, scene in enumerate(scenes)]
     return [pipeline.step(frame) for frame in frames][EMPTY_FRAMES:]
 
