@@ -46,6 +46,7 @@ def pipeline_settings(config: Config, calibration_frames: int, missing_area: Mis
         tracking=config.tracking_settings(),
         area=config.area_corners(),
         missing_area=missing_area,
+        eye=config.eye_offsets(),
     )
 
 

@@ -112,13 +112,13 @@ class ServiceControls:
         else:
             yield Progress(State.TRACKING, None, done=True, ok=True)
 
-    def align(self, points: int) -> Generator[AlignProgress, None, None]:
-        """Find the active area by that many touches; meanwhile the outputs get none."""
+    def align(self, points: int, sides: int) -> Generator[AlignProgress, None, None]:
+        """Find the active area by that many touches from each of so many sides; meanwhile the outputs get none."""
         service = self._service
         frames: queue.Queue[TouchFrame] = queue.Queue(_ALIGN_QUEUE)
         ready = service.on_main_thread(lambda: service.begin_aligning(_put_or_drop(frames)))
         try:
-            session = AlignSession(points, ready.area, ready.surface_map)
+            session = AlignSession(points, ready.area, ready.surface_map, sides)
             progress = session.feed(TouchFrame(0, 0, State.TRACKING))
             while session.alignment is None:
                 yield progress

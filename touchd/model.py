@@ -145,6 +145,8 @@ class Contact:
     area_mm2: float
     angle: float  # of its long axis in the area, radians, 0 along x, in (-pi/2, pi/2]
     firm: bool  # strong enough to begin a touch; a weak one may only continue one
+    towards: tuple[float, float] | None = None  # where the finger points on the area's mm axes, of length 1; if known
+    aim_mm: tuple[float, float] = (0.0, 0.0)  # how far it is told beside where it is, because people aim so
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +164,7 @@ class Cursor:
     angle: float
     hand: int | None = None  # the id of the hand it belongs to, where that can be told
     hover_id: int | None = None  # the hover that it was before it touched, where that was followed
+    towards: tuple[float, float] | None = None  # as of the contact
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,6 +9,7 @@ from enum import StrEnum
 import cv2
 import numpy as np
 
+from touchd.contacts.aim import EyeOffsets, aimed
 from touchd.contacts.method import ContactMethod, Place
 from touchd.contacts.methods import method_maker
 from touchd.contacts.settings import BlobSettings
@@ -48,6 +49,7 @@ class PipelineSettings:
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
     area: AreaCorners | None = None
     missing_area: MissingArea = MissingArea.WHOLE_PICTURE
+    eye: EyeOffsets | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +67,9 @@ class Ready:
     notes: tuple[str, ...]
 
     def serves(self, settings: PipelineSettings) -> bool:
-        """Return whether it holds under other settings as well: those of calibration and tracking do not matter."""
+        """Return whether it holds under other settings too: those of calibration, tracking and aim do not matter."""
         own = self.settings
-        return replace(settings, calibration=own.calibration, tracking=own.tracking) == own
+        return replace(settings, calibration=own.calibration, tracking=own.tracking, eye=own.eye) == own
 
     def lines(self) -> list[str]:
         """Return what a user should know about the surface and the area."""
@@ -134,10 +136,12 @@ class Pipeline:
             return self._calibrate_on(self._calibration, frame)
         if self._ready is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
+        size_mm = self._ready.area.size_mm
         seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
+        if self._settings.eye is not None:
+            seen = aimed(seen, self._settings.eye, size_mm)
         cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
         hovers = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
-        size_mm = self._ready.area.size_mm
         return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers, area_mm=size_mm)
 
     def stall(self, t_ns: int) -> TouchFrame:

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import atan2, ceil, dist, log, pi
+from math import atan2, ceil, cos, dist, log, pi, sin
 
 import cv2
 import numpy as np
 
+from touchd.contacts.aim import heading
 from touchd.contacts.candidates import Walk, find_ends
 from touchd.contacts.decide import Fit, verdict
 from touchd.contacts.fit import Fitter, Picture, Quality
@@ -151,8 +152,10 @@ class FingertipMethod:
     def _contact(self, seen: Seen, place_px: tuple[float, float], firm: bool) -> Contact:
         x, y = self.area_of(*place_px)
         width_mm, height_mm = self._place.area.size_mm
-        back_u, back_v = seen.lay.along(seen.angle)
+        lay = seen.lay
+        back_u, back_v = lay.along(heading(seen.angle, seen.fit.pitch_rad, (lay.x_by_z, lay.y_by_z)))
         back_x, back_y = self.area_of(place_px[0] + back_u, place_px[1] + back_v)
+        back = atan2((back_y - y) * height_mm, (back_x - x) * width_mm)
         return Contact(
             x=x,
             y=y,
@@ -160,8 +163,9 @@ class FingertipMethod:
             y_mm=y * height_mm,
             height_mm=max(0.0, seen.fit.clearance_mm),
             area_mm2=pi * seen.radius_mm**2,
-            angle=_half_turn(atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
+            angle=_half_turn(back),
             firm=firm,
+            towards=(-cos(back), -sin(back)),
         )
 
     def _was_near(self, place: tuple[float, float], before_px: Sequence[tuple[float, float]]) -> bool:

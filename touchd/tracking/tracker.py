@@ -37,6 +37,11 @@ class Track:
             self.contact.y_mm + self.filtered.vy_mm_s * dt_s,
         )
 
+    def expected_seen_mm(self, t_ns: int) -> tuple[float, float]:
+        """Return the same without its aim: where its fingertip should be seen."""
+        x_mm, y_mm = self.expected_mm(t_ns)
+        return x_mm - self.contact.aim_mm[0], y_mm - self.contact.aim_mm[1]
+
 
 class Tracker:
     """Follows contacts. Session ids count up, from 1 unless another tracker went before, and are never used again."""
@@ -81,8 +86,8 @@ class Tracker:
         return tuple(track.cursor for track in self._tracks)
 
     def expected_mm(self, t_ns: int) -> list[tuple[float, float]]:
-        """Return where in the area the live touches should be by a time, in the order of their session ids."""
-        return [track.expected_mm(t_ns) for track in self._tracks]
+        """Return where in the area the live touches should be seen by a time, in the order of their session ids."""
+        return [track.expected_seen_mm(t_ns) for track in self._tracks]
 
     @property
     def ground(self) -> Ground:
@@ -141,7 +146,7 @@ class Tracker:
     def _is_lifted(self, track: Track, t_ns: int, lifted_mm: Sequence[tuple[float, float]]) -> bool:
         """Return whether the finger of a touch without a contact is seen above the surface."""
         near_mm = _LIFTED_SHARE * self._settings.gate_mm
-        expected_mm = track.expected_mm(t_ns)
+        expected_mm = track.expected_seen_mm(t_ns)
         return any(math.dist(expected_mm, place_mm) < near_mm for place_mm in lifted_mm)
 
     def _moved(self, last: Cursor, x_mm: float, y_mm: float, seen: Contact, t_ns: int) -> Cursor:
@@ -167,6 +172,7 @@ class Tracker:
             height_mm=seen.height_mm,
             area_mm2=seen.area_mm2,
             angle=seen.angle,
+            towards=seen.towards,
         )
 
     def _may_begin(self, contact: Contact) -> bool:
@@ -181,7 +187,18 @@ class Tracker:
     def _begin(self, contact: Contact, path: Path | None, t_ns: int) -> Track:
         """Return a new touch, which goes on from where it hovered if it did."""
         x, y = (_clamp(contact.x), _clamp(contact.y)) if path is None else (path.x, path.y)
-        cursor = Cursor(self._next_id, x, y, 0.0, 0.0, 0.0, contact.height_mm, contact.area_mm2, contact.angle)
+        cursor = Cursor(
+            self._next_id,
+            x,
+            y,
+            vx=0.0,
+            vy=0.0,
+            accel=0.0,
+            height_mm=contact.height_mm,
+            area_mm2=contact.area_mm2,
+            angle=contact.angle,
+            towards=contact.towards,
+        )
         self._next_id += 1
         if path is None:
             return Track(cursor, contact, OneEuro(contact.x_mm, contact.y_mm), t_ns)
