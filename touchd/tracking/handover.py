@@ -10,8 +10,6 @@ from touchd.tracking.filters import OneEuro
 
 # Farther from where it was expected, in mm, a fingertip is another one: neighbouring fingers are about 20 mm apart.
 _SAME_MM = 25.0
-# A finger that comes down more steeply than one in so many stays where it lands; a flatter one glides on.
-_GLIDES_ONE_IN = 3.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,11 +38,15 @@ class Path:
             self.contact.y_mm + self.filtered.vy_mm_s * dt_s,
         )
 
-    def landing_mm_s(self) -> tuple[float, float]:
-        """Return the speed along x and y that is left when it lands now: what is part of coming down ends there."""
+    def landing_mm_s(self, t_ns: int) -> tuple[float, float]:
+        """Return the speed along x and y that is left when it lands now.
+
+        What goes with coming down ends at the surface: a finger that falls faster than it moves stays where it lands.
+        """
         vx_mm_s, vy_mm_s = self.filtered.vx_mm_s, self.filtered.vy_mm_s
         speed_mm_s = hypot(vx_mm_s, vy_mm_s)
-        left_mm_s = speed_mm_s - _GLIDES_ONE_IN * abs(self.rise_mm_s)
+        fallen_mm_s = self.contact.height_mm / max((t_ns - self.seen_ns) / 1e9, 1e-3)
+        left_mm_s = speed_mm_s - max(fallen_mm_s, abs(self.rise_mm_s))
         if left_mm_s <= 0.0:
             return 0.0, 0.0
         return vx_mm_s * left_mm_s / speed_mm_s, vy_mm_s * left_mm_s / speed_mm_s

@@ -205,7 +205,7 @@ class Tracker:
         cursor = replace(cursor, vx=path.vx, vy=path.vy, hover_id=path.number)
         track = self._follow(Track(cursor, path.contact, path.filtered, path.seen_ns), contact, t_ns)
         # The step from the fit in the air to that at rest is no motion, so that the speed is that of the air.
-        vx_mm_s, vy_mm_s = path.landing_mm_s()
+        vx_mm_s, vy_mm_s = path.landing_mm_s(t_ns)
         return replace(track, filtered=replace(track.filtered, vx_mm_s=vx_mm_s, vy_mm_s=vy_mm_s))
 
 
