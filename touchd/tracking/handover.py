@@ -16,15 +16,12 @@ _SAME_MM = 25.0
 class Path:
     """A fingertip's way so far: the number of its touch or hover, and where it was told to be (area coordinates).
 
-    ``vx``, ``vy``: as told, in area axes a second. ``contact`` is what was seen of it last, at ``seen_ns``.
-    ``rise_mm_s``: how fast it rose then.
+    ``contact`` is what was seen of it last, at ``seen_ns``; ``rise_mm_s`` how fast it rose then.
     """
 
     number: int
     x: float
     y: float
-    vx: float
-    vy: float
     contact: Contact
     filtered: OneEuro
     seen_ns: int
@@ -41,15 +38,13 @@ class Path:
     def landing_mm_s(self, t_ns: int) -> tuple[float, float]:
         """Return the speed along x and y that is left when it lands now.
 
-        What goes with coming down ends at the surface: a finger that falls faster than it moves stays where it lands.
+        A finger that falls faster than it moves stays where it lands; one that moves twice as fast as it falls goes on.
         """
         vx_mm_s, vy_mm_s = self.filtered.vx_mm_s, self.filtered.vy_mm_s
-        speed_mm_s = hypot(vx_mm_s, vy_mm_s)
         fallen_mm_s = self.contact.height_mm / max((t_ns - self.seen_ns) / 1e9, 1e-3)
-        left_mm_s = speed_mm_s - max(fallen_mm_s, abs(self.rise_mm_s))
-        if left_mm_s <= 0.0:
-            return 0.0, 0.0
-        return vx_mm_s * left_mm_s / speed_mm_s, vy_mm_s * left_mm_s / speed_mm_s
+        fall_mm_s = max(fallen_mm_s, abs(self.rise_mm_s), 1.0)
+        share = min(1.0, max(0.0, hypot(vx_mm_s, vy_mm_s) / fall_mm_s - 1.0))
+        return share * vx_mm_s, share * vy_mm_s
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,9 +18,13 @@ _ID = attrgetter("hover_id")
 
 @dataclass(frozen=True, slots=True)
 class _Track:
-    """A fingertip in the air: its way, and the touch it was. One that was not yet seen in the air has the number 0."""
+    """A fingertip in the air: its way, and the touch it was. One that was not yet seen in the air has the number 0.
+
+    ``velocity``: as told, in area axes a second.
+    """
 
     path: Path
+    velocity: tuple[float, float] = (0.0, 0.0)
     session_id: int | None = None
 
 
@@ -33,11 +37,10 @@ class HoverTracker:
         self._area_mm = area_mm
         self._tracks: list[_Track] = []
         self._next_id = 1
-        self._now_ns = 0
 
     def air(self, contacts: Sequence[Contact]) -> Air:
         """Return what is above the surface, given one frame's fingertips there: for the touches that begin in it."""
-        return Air([self._coasted(track.path) for track in self._tracks if track.path.number], contacts)
+        return Air([track.path for track in self._tracks if track.path.number], contacts)
 
     def step(self, contacts: Sequence[Contact], t_ns: int, ground: Ground = _NO_GROUND) -> tuple[Hover, ...]:
         """Take in one frame's fingertips in the air (in any order) and return those that are followed and seen in it.
@@ -53,7 +56,6 @@ class HoverTracker:
         self._tracks = [followed.get(row, track) for row, track in enumerate(tracks)]
         self._tracks = [track for track in self._tracks if self._lasts(track, t_ns)]
         self._tracks += [self._begin(contact, t_ns) for i, contact in enumerate(airborne) if i not in taken]
-        self._now_ns = t_ns
         seen = (self._told(track) for track in self._tracks if track.path.seen_ns == t_ns)
         return tuple(sorted(seen, key=_ID))
 
@@ -83,7 +85,7 @@ class HoverTracker:
 
     def _begin(self, contact: Contact, t_ns: int) -> _Track:
         filtered = OneEuro(contact.x_mm, contact.y_mm)
-        path = Path(self._new_id(), contact.x, contact.y, 0.0, 0.0, contact, filtered, t_ns)
+        path = Path(self._new_id(), contact.x, contact.y, contact, filtered, t_ns)
         return _Track(path)
 
     def _follow(self, track: _Track, contact: Contact, t_ns: int) -> _Track:
@@ -98,8 +100,8 @@ class HoverTracker:
         rise_mm_s = (contact.height_mm - path.contact.height_mm) / dt_s
         rise_mm_s = path.rise_mm_s + smoothing(_RISE_CUTOFF_HZ, dt_s) * (rise_mm_s - path.rise_mm_s)
         number = path.number or self._new_id()
-        way = Path(number, x, y, vx, vy, contact, filtered, t_ns, rise_mm_s)
-        return _Track(way, track.session_id)
+        way = Path(number, x, y, contact, filtered, t_ns, rise_mm_s)
+        return _Track(way, (vx, vy), track.session_id)
 
     def _told(self, track: _Track) -> Hover:
         path = track.path
@@ -108,23 +110,16 @@ class HoverTracker:
             path.x,
             path.y,
             path.contact.height_mm,
-            vx=path.vx,
-            vy=path.vy,
+            vx=track.velocity[0],
+            vy=track.velocity[1],
             vz_mm_s=0.0 if abs(path.rise_mm_s) < self._settings.rest_mm_s else path.rise_mm_s,
             session_id=track.session_id,
         )
 
-    def _coasted(self, path: Path) -> Path:
-        """Return a way as of the last frame: where a fingertip that was not seen in it should have been told to be."""
-        dt_s = (self._now_ns - path.seen_ns) / 1e9
-        if dt_s <= 0.0:
-            return path
-        return replace(path, x=_clamp(path.x + path.vx * dt_s), y=_clamp(path.y + path.vy * dt_s))
-
 
 def _lifted(path: Path) -> _Track:
     """Return the way of a touch that ended, for the hover that it may become."""
-    return _Track(replace(path, number=0, contact=replace(path.contact, height_mm=0.0)), path.number)
+    return _Track(replace(path, number=0, contact=replace(path.contact, height_mm=0.0)), session_id=path.number)
 
 
 def _place(contact: Contact) -> tuple[float, ...]:

@@ -186,34 +186,39 @@ class Tracker:
 
     def _begin(self, contact: Contact, path: Path | None, t_ns: int) -> Track:
         """Return a new touch, which goes on from where it hovered if it did."""
-        x, y = (_clamp(contact.x), _clamp(contact.y)) if path is None else (path.x, path.y)
+        filtered = OneEuro(contact.x_mm, contact.y_mm) if path is None else self._landed(contact, path, t_ns)
+        width, height = self._area_mm
+        moves = math.hypot(filtered.vx_mm_s, filtered.vy_mm_s) >= self._settings.rest_mm_s
         cursor = Cursor(
             self._next_id,
-            x,
-            y,
-            vx=0.0,
-            vy=0.0,
+            _clamp(filtered.x_mm / width),
+            _clamp(filtered.y_mm / height),
+            vx=filtered.vx_mm_s / width if moves else 0.0,
+            vy=filtered.vy_mm_s / height if moves else 0.0,
             accel=0.0,
             height_mm=contact.height_mm,
             area_mm2=contact.area_mm2,
             angle=contact.angle,
+            hover_id=None if path is None else path.number,
             towards=contact.towards,
         )
         self._next_id += 1
-        if path is None:
-            return Track(cursor, contact, OneEuro(contact.x_mm, contact.y_mm), t_ns)
-        cursor = replace(cursor, vx=path.vx, vy=path.vy, hover_id=path.number)
-        track = self._follow(Track(cursor, path.contact, path.filtered, path.seen_ns), contact, t_ns)
-        # The step from the fit in the air to that at rest is no motion, so that the speed is that of the air.
-        vx_mm_s, vy_mm_s = path.landing_mm_s(t_ns)
-        return replace(track, filtered=replace(track.filtered, vx_mm_s=vx_mm_s, vy_mm_s=vy_mm_s))
+        return Track(cursor, contact, filtered, t_ns)
+
+    def _landed(self, contact: Contact, path: Path, t_ns: int) -> OneEuro:
+        """Return the filter of a touch that was a hover.
+
+        The step from the place that was fitted in the air to that at rest is no motion: the speed is that of the air.
+        """
+        settings = self._settings
+        dt_s = max((t_ns - path.seen_ns) / 1e9, 1e-3)
+        place = path.filtered.moved(contact.x_mm, contact.y_mm, dt_s, settings.min_cutoff_hz, settings.beta_hz_s_mm)
+        return OneEuro(place.x_mm, place.y_mm, *path.landing_mm_s(t_ns))
 
 
 def _path(track: Track) -> Path:
     cursor = track.cursor
-    return Path(
-        cursor.session_id, cursor.x, cursor.y, cursor.vx, cursor.vy, track.contact, track.filtered, track.seen_ns
-    )
+    return Path(cursor.session_id, cursor.x, cursor.y, track.contact, track.filtered, track.seen_ns)
 
 
 def _place(contact: Contact) -> tuple[float, ...]:
