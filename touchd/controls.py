@@ -76,7 +76,9 @@ class ServiceControls:
             else surface_facts(ready.report, ready.surface.made_from, service.surface_since_s),
             area=None
             if ready is None
-            else AreaFacts(service.area_origin, ready.area.size_mm, service.alignment_residual_mm, ready.notes),
+            else AreaFacts(
+                service.area_origin, ready.area.size_mm, service.alignment_residual_mm, ready.notes, service.eye
+            ),
             outputs=tuple(self._output_facts(output, now_s) for output in daemon.outputs),
         )
 

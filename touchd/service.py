@@ -16,6 +16,7 @@ from touchd.config.load import load_config
 from touchd.config.reload import Changes, changes
 from touchd.config.schema import Config
 from touchd.config.watch import ConfigWatch
+from touchd.contacts.aim import EyeOffsets
 from touchd.daemon import Daemon
 from touchd.errors import CalibrationError, ExitCode, TouchdError
 from touchd.geometry import whole_picture
@@ -123,6 +124,11 @@ class Service:
         if self._area_origin is not AreaOrigin.ALIGNMENT or self._alignment is None:
             return None
         return self._alignment.alignment.residual_mm
+
+    @property
+    def eye(self) -> EyeOffsets | None:
+        """How far ahead of their touch people aim, None where touches are told where they are."""
+        return self._settings.eye
 
     def start(self) -> None:
         """Begin with the stored surface or a calibration, as ``calibration.on_start`` says, and run."""
