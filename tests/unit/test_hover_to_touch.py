@@ -48,6 +48,10 @@ def test_it_hovers_touches_and_hovers_again(told: list[TouchFrame]) -> None:
     assert words.count("touch") in range(8, 10)
 
 
+def test_each_frame_tells_the_area_s_size_for_outputs_that_need_lengths(told: list[TouchFrame]) -> None:
+    assert {frame.area_mm for frame in told} == {AREA.size_mm}
+
+
 def test_the_touch_knows_its_hover_and_the_second_hover_its_touch(told: list[TouchFrame]) -> None:
     touch = next(frame.cursors[0] for frame in told if frame.cursors)
     first, last = told[0].hovers[0], told[-1].hovers[0]
