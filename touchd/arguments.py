@@ -85,6 +85,14 @@ def _add_daemons(commands: "Commands") -> None:
     align.add_argument(
         "--points", type=int, choices=(4, 9), default=4, help="the corners alone, or a grid of 3 by 3 (default 4)"
     )
+    align.add_argument(
+        "--eye",
+        action="store_const",
+        const=2,
+        default=1,
+        dest="sides",
+        help="touch the points from two sides, which tells how far ahead of their touch people aim",
+    )
     align.set_defaults(command="align")
     for command in (status, calibrate, align):
         command.add_argument("--socket", type=Path, metavar="PATH", help="the daemon's control socket")

@@ -18,6 +18,7 @@ from touchd.geometry import kinect_v1_sensor
 from touchd.model import AreaCorners
 from touchd.outputs.events import QueuedEventWriter
 from touchd.outputs.output import Output
+from touchd.outputs.profiles import CURSOR_25D, PROFILES
 from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, later_fseq, session_offset
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, open_udp_socket, open_udp_socket_on, parse_destination
@@ -45,6 +46,7 @@ def pipeline_settings(config: Config, calibration_frames: int, missing_area: Mis
         tracking=config.tracking_settings(),
         area=config.area_corners(),
         missing_area=missing_area,
+        eye=config.eye_offsets(),
     )
 
 
@@ -138,7 +140,7 @@ class OutputMaker:
 
         Raises ConfigError if two of them are the same, OutputError if one cannot be made.
         """
-        keys = [key for item in config.outputs for key in _keys(item)]
+        keys = [key for item in config.outputs for key in _keys(item, config.tracking.hover_mm)]
         for index, key in enumerate(keys):
             if any(key[:2] == other[:2] for other in keys[:index]):
                 raise ConfigError(f"outputs: {key[1]} is named twice; name each destination once")
@@ -147,7 +149,7 @@ class OutputMaker:
         return list(self._made.values())
 
     def _make(self, key: "_Key") -> Output:
-        _, where, section = key
+        _, where, section, hover_mm = key
         if isinstance(section, EventsSection):
             return QueuedEventWriter(section.path)
         now_s = time.time()
@@ -155,23 +157,25 @@ class OutputMaker:
             tuio_source(section.source, self._instance, where),
             session_offset(now_s) if where in self._served else self._offset,
             first_fseq(now_s, self._fseq and self._fseq + _FSEQ_MARGIN),
+            PROFILES[section.profile],
         )
         self._served.add(where)
         interface = section.interface
         open_socket = open_udp_socket if interface is None else partial(open_udp_socket_on, interface)
-        return TuioUdpOutput(encoder, UdpSender([where], open_socket=open_socket), section.screen())
+        return TuioUdpOutput(encoder, UdpSender([where], open_socket=open_socket), section.view(hover_mm))
 
 
 # What tells an output from others: kind and where to, which no two may share, and all that it is made from.
-_Key = tuple[str, str, EventsSection | TuioSection]
+_Key = tuple[str, str, EventsSection | TuioSection, float]
 
 
-def _keys(item: OutputSection) -> Iterator[_Key]:
+def _keys(item: OutputSection, hover_mm: float) -> Iterator[_Key]:
     if item.events is not None:
-        yield "events", str(item.events.path), item.events
+        yield "events", str(item.events.path), item.events, 0.0
     elif item.tuio is not None:
+        height_mm = hover_mm if item.tuio.profile == CURSOR_25D.name else 0.0  # nothing else is made from it
         for destination in item.tuio.to:
-            yield "tuio", destination, item.tuio.model_copy(update={"to": (destination,)})
+            yield "tuio", destination, item.tuio.model_copy(update={"to": (destination,)}), height_mm
 
 
 def tuio_source(configured: str, instance: str, destination: str) -> str:

@@ -134,7 +134,7 @@ def _align(options: argparse.Namespace) -> None:
     from touchd.control.commands import align
     from touchd.control.paths import find_control_socket
 
-    align(find_control_socket(os.environ, options.socket), options.points, _terminal())
+    align(find_control_socket(os.environ, options.socket), options.points, options.sides, _terminal())
 
 
 def _terminal() -> "Terminal":

@@ -76,7 +76,9 @@ class ServiceControls:
             else surface_facts(ready.report, ready.surface.made_from, service.surface_since_s),
             area=None
             if ready is None
-            else AreaFacts(service.area_origin, ready.area.size_mm, service.alignment_residual_mm, ready.notes),
+            else AreaFacts(
+                service.area_origin, ready.area.size_mm, service.alignment_residual_mm, ready.notes, service.eye
+            ),
             outputs=tuple(self._output_facts(output, now_s) for output in daemon.outputs),
         )
 
@@ -112,13 +114,13 @@ class ServiceControls:
         else:
             yield Progress(State.TRACKING, None, done=True, ok=True)
 
-    def align(self, points: int) -> Generator[AlignProgress, None, None]:
-        """Find the active area by that many touches; meanwhile the outputs get none."""
+    def align(self, points: int, sides: int) -> Generator[AlignProgress, None, None]:
+        """Find the active area by that many touches from each of so many sides; meanwhile the outputs get none."""
         service = self._service
         frames: queue.Queue[TouchFrame] = queue.Queue(_ALIGN_QUEUE)
         ready = service.on_main_thread(lambda: service.begin_aligning(_put_or_drop(frames)))
         try:
-            session = AlignSession(points, ready.area, ready.surface_map)
+            session = AlignSession(points, ready.area, ready.surface_map, sides)
             progress = session.feed(TouchFrame(0, 0, State.TRACKING))
             while session.alignment is None:
                 yield progress

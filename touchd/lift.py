@@ -5,8 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 
 from touchd.assemble import tuio_source
+from touchd.config.output_sections import Tuio
 from touchd.config.schema import Config
 from touchd.errors import UsageError
+from touchd.outputs.profiles import PROFILES
 from touchd.outputs.tuio import TuioEncoder
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, parse_destination
@@ -34,18 +36,19 @@ def lift(config: Config, to: Sequence[str], env: Mapping[str, str], names_s: flo
     with ExitStack() as opened:
         senders = {each: opened.enter_context(UdpSender([each])) for each in wanted}  # all look up their names at once
         deadline_s = time.monotonic() + names_s
-        for destination, source in wanted.items():
+        for destination, (source, profile) in wanted.items():
             sender = senders[destination]
             sender.wait_resolved(max(0.0, deadline_s - time.monotonic()))
-            encoder = TuioEncoder(tuio_source(source, instance, destination), session_offset=0, first_fseq=1)
+            name = tuio_source(source, instance, destination)
+            encoder = TuioEncoder(name, session_offset=0, first_fseq=1, profile=PROFILES[profile])
             TuioUdpOutput(encoder, sender).start()
             yield _line(sender)
 
 
-def _wanted(config: Config, to: Sequence[str]) -> dict[str, str]:
-    """Return the configured source name by destination."""
-    configured = {
-        destination: item.tuio.source
+def _wanted(config: Config, to: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Return the configured source name and profile by destination."""
+    configured: dict[str, tuple[str, str]] = {
+        destination: (item.tuio.source, item.tuio.profile)
         for item in config.outputs
         if item.tuio is not None
         for destination in item.tuio.to
@@ -55,7 +58,8 @@ def _wanted(config: Config, to: Sequence[str]) -> dict[str, str]:
             parse_destination(destination)
         except ValueError as error:
             raise UsageError(f"--to: {error}") from error
-    return {destination: configured.get(destination, "auto") for destination in to} or configured
+    otherwise = Tuio().source, Tuio().profile
+    return {destination: configured.get(destination, otherwise) for destination in to} or configured
 
 
 def _line(sender: UdpSender) -> str:

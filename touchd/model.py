@@ -145,6 +145,8 @@ class Contact:
     area_mm2: float
     angle: float  # of its long axis in the area, radians, 0 along x, in (-pi/2, pi/2]
     firm: bool  # strong enough to begin a touch; a weak one may only continue one
+    towards: tuple[float, float] | None = None  # where the finger points on the area's mm axes, of length 1; if known
+    aim_mm: tuple[float, float] = (0.0, 0.0)  # how far it is told beside where it is, because people aim so
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,17 +163,26 @@ class Cursor:
     area_mm2: float
     angle: float
     hand: int | None = None  # the id of the hand it belongs to, where that can be told
+    hover_id: int | None = None  # the hover that it was before it touched, where that was followed
+    towards: tuple[float, float] | None = None  # as of the contact
 
 
 @dataclass(frozen=True, slots=True)
 class Hover:
-    """A fingertip in the air over time. ``x``, ``y`` (0..1) are of the surface under it, its height is the gap."""
+    """A fingertip in the air over time. ``x``, ``y`` (0..1) are of the surface under it, its height is the gap.
+
+    ``vx``, ``vy`` are in area axes a second, ``vz_mm_s`` is how fast it rises; all are 0 at rest.
+    """
 
     hover_id: int
     x: float
     y: float
     height_mm: float
     hand: int | None = None
+    vx: float = 0.0
+    vy: float = 0.0
+    vz_mm_s: float = 0.0
+    session_id: int | None = None  # the touch that it was before it was lifted, where that was followed
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +225,10 @@ class State(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class TouchFrame:
-    """What the pipeline says of one frame. What it lists is in the order of the ids."""
+    """What the pipeline says of one frame. What it lists is in the order of the ids.
+
+    ``area_mm``: the area's width and height, which turn its axes into lengths on the surface.
+    """
 
     index: int
     t_ns: int
@@ -224,6 +238,7 @@ class TouchFrame:
     hovers: tuple[Hover, ...] = ()
     hands: tuple[Hand, ...] = ()
     objects: tuple[TableObject, ...] = ()
+    area_mm: tuple[float, float] = (1.0, 1.0)
 
     def as_event(self) -> dict[str, Any]:
         """Return the event line's object: see "Events" in docs/design.md."""

@@ -9,6 +9,7 @@ from enum import StrEnum
 import cv2
 import numpy as np
 
+from touchd.contacts.aim import EyeOffsets, aimed
 from touchd.contacts.method import ContactMethod, Place
 from touchd.contacts.methods import method_maker
 from touchd.contacts.settings import BlobSettings
@@ -48,6 +49,7 @@ class PipelineSettings:
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
     area: AreaCorners | None = None
     missing_area: MissingArea = MissingArea.WHOLE_PICTURE
+    eye: EyeOffsets | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +67,9 @@ class Ready:
     notes: tuple[str, ...]
 
     def serves(self, settings: PipelineSettings) -> bool:
-        """Return whether it holds under other settings as well: those of calibration and tracking do not matter."""
+        """Return whether it holds under other settings too: those of calibration, tracking and aim do not matter."""
         own = self.settings
-        return replace(settings, calibration=own.calibration, tracking=own.tracking) == own
+        return replace(settings, calibration=own.calibration, tracking=own.tracking, eye=own.eye) == own
 
     def lines(self) -> list[str]:
         """Return what a user should know about the surface and the area."""
@@ -89,7 +91,7 @@ class Pipeline:
         self._why: str | None = None
         self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
-        self._hovers = HoverTracker(settings.tracking)
+        self._hovers = HoverTracker(settings.tracking, (1.0, 1.0))
         self._last_index = 0
 
     @property
@@ -134,10 +136,13 @@ class Pipeline:
             return self._calibrate_on(self._calibration, frame)
         if self._ready is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
+        size_mm = self._ready.area.size_mm
         seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
-        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
-        hovers = self._hovers.step(seen.hovers, self._tracker.places_mm, frame.t_ns)
-        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers)
+        if self._settings.eye is not None:
+            seen = aimed(seen, self._settings.eye, size_mm)
+        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
+        hovers = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
+        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers, area_mm=size_mm)
 
     def stall(self, t_ns: int) -> TouchFrame:
         """End every touch because no frame came for a while."""
@@ -168,8 +173,9 @@ class Pipeline:
         """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
         self._settings = settings
         self._ready = ready
-        self._tracker.adopt(settings.tracking, ready.area.size_mm if ready else (1.0, 1.0))
-        self._hovers.adopt(settings.tracking)
+        area_mm = ready.area.size_mm if ready else (1.0, 1.0)
+        self._tracker.adopt(settings.tracking, area_mm)
+        self._hovers.adopt(settings.tracking, area_mm)
 
     def _end_all(self) -> None:
         self._tracker.end_all()

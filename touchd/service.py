@@ -9,13 +9,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
-from touchd.align.alignment import Alignment, AreaOrigin, KeptAlignment, area_in_force
+from touchd.align.alignment import Alignment, AreaOrigin, KeptAlignment, area_in_force, eye_in_force
 from touchd.assemble import OpenedSource, OutputMaker, latest_fseq, open_source, pipeline_settings
 from touchd.claims import DestinationClaims
 from touchd.config.load import load_config
 from touchd.config.reload import Changes, changes
 from touchd.config.schema import Config
 from touchd.config.watch import ConfigWatch
+from touchd.contacts.aim import EyeOffsets
 from touchd.daemon import Daemon
 from touchd.errors import CalibrationError, ExitCode, TouchdError
 from touchd.geometry import whole_picture
@@ -123,6 +124,11 @@ class Service:
         if self._area_origin is not AreaOrigin.ALIGNMENT or self._alignment is None:
             return None
         return self._alignment.alignment.residual_mm
+
+    @property
+    def eye(self) -> EyeOffsets | None:
+        """How far ahead of their touch people aim, None where touches are told where they are."""
+        return self._settings.eye
 
     def start(self) -> None:
         """Begin with the stored surface or a calibration, as ``calibration.on_start`` says, and run."""
@@ -245,9 +251,10 @@ class Service:
     def _settings_of(self, config: Config) -> PipelineSettings:
         settings = pipeline_settings(config, self._opened.calibration_frames, MissingArea.FLAT_REGION)
         area, self._area_origin = area_in_force(settings.area, self._alignment)
+        eye = eye_in_force(settings.eye, self._alignment, self._area_origin)
         if area is None and self._opened.area is not None:
             area, self._area_origin = self._opened.area, AreaOrigin.SOURCE
-        return replace(settings, area=area)
+        return replace(settings, area=area, eye=eye)
 
     def begin_aligning(self, tap: Callable[[TouchFrame], None]) -> Ready:
         """Give the touches of the whole picture to ``tap``, and none to outputs. Raises CalibrationError."""
@@ -255,7 +262,7 @@ class Service:
         if known is None:
             raise CalibrationError("align: there is no surface yet; wait until touchd has calibrated")
         self._aligning = True
-        whole = replace(self._settings, area=whole_picture(known.surface.sensor))
+        whole = replace(self._settings, area=whole_picture(known.surface.sensor), eye=None)
         ready = prepare(known.surface, whole, known)
 
         def begin() -> None:

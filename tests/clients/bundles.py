@@ -14,25 +14,28 @@ IMMEDIATELY = b"\0\0\0\0\0\0\0\1"
 
 @dataclass(frozen=True, slots=True)
 class Bundle:
-    """A bundle of profile 2Dcur whose order, address and type tags are as they must be."""
+    """A bundle of one profile whose order, address and type tags are as they must be."""
 
     source: str
     alive: tuple[int, ...]
-    sets: dict[int, tuple[float, ...]]  # by session id: x, y, X, Y, m
+    sets: dict[int, tuple[float, ...]]  # by session id, in the order of the specification: x, y, X, Y, m of 2Dcur
     fseq: int
 
 
-def read_bundle(datagram: bytes) -> Bundle:
+SET_FLOATS = {"2Dcur": 5, "25Dcur": 7, "2Dblb": 11}
+
+
+def read_bundle(datagram: bytes, profile: str = "2Dcur") -> Bundle:
     """Read a bundle and assert all that holds of every one: addresses, order, types and the time tag."""
     assert datagram[8:16] == IMMEDIATELY
     messages = [_read(message) for message in OscBundle(datagram)]
-    assert {address for address, _, _ in messages} == {"/tuio/2Dcur"}
+    assert {address for address, _, _ in messages} == {f"/tuio/{profile}"}
     words = [arguments[0] for _, _, arguments in messages]
     assert words == ["source", "alive", *["set"] * (len(words) - 3), "fseq"]
     (_, source_tags, source), (_, alive_tags, alive), *sets, (_, fseq_tags, fseq) = messages
     assert source_tags == ",ss"
     assert alive_tags == ",s" + "i" * (len(alive) - 1)
-    assert {tags for _, tags, _ in sets} <= {",sifffff"}
+    assert {tags for _, tags, _ in sets} <= {",si" + "f" * SET_FLOATS[profile]}
     assert fseq_tags == ",si"
     by_id = {arguments[1]: tuple(arguments[2:]) for _, _, arguments in sets}
     assert len(by_id) == len(sets)

@@ -79,6 +79,13 @@ def test_every_destination_is_cleared_three_times_and_told_in_a_line_of_its_own(
             assert [(bundle.alive, bundle.fseq) for bundle in sent] == [CLEAR] * 3
 
 
+def test_a_destination_is_cleared_in_the_profile_that_it_gets(box: Mailbox, env: dict[str, str]) -> None:
+    config = parse_config(f'outputs: [{{tuio: {{to: ["{box.destination}"], profile: 25Dcur}}}}]\n', "touchd.yaml")
+    list(lift(config, (), env))
+    sent = [read_bundle(datagram, "25Dcur") for datagram in box.take()]
+    assert [(bundle.alive, bundle.fseq) for bundle in sent] == [CLEAR] * 3
+
+
 def test_other_destinations_may_be_named_in_place_of_the_configs(box: Mailbox, env: dict[str, str]) -> None:
     with Mailbox() as named:
         assert list(lift(config_to(box.destination), [named.destination], env)) == [

@@ -71,9 +71,9 @@ class FakeControls:
         yield from self.calibration
         yield from self._for_ever(lambda: Progress(State.CALIBRATING, "x" * 1000))
 
-    def align(self, points: int) -> Generator[AlignProgress]:
+    def align(self, points: int, sides: int) -> Generator[AlignProgress]:
         yield from self.alignment
-        yield from self._for_ever(lambda: AlignProgress(1, points, "top-left corner", Phase.TOUCH))
+        yield from self._for_ever(lambda: AlignProgress(1, points * sides, "top-left corner", Phase.TOUCH))
 
     def _for_ever(self, make: Callable[[], T]) -> Generator[T]:
         self.begun.set()

@@ -1,12 +1,16 @@
 """`touchd align` against a running daemon that sees fingers on the corners of an area."""
 
+import json
 import os
 import re
 import signal
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from touchd.control.commands import align_lines
+from touchd.control.paths import find_control_socket
 from touchd.formats.libfreenect import write_libfreenect
 from touchd.geometry import ZeroPlane
 from touchd.table.hands import HandPose, pointing_hand
@@ -19,6 +23,8 @@ from daemon.running import TOUCHD, running
 EMPTY_FRAMES, HELD_FRAMES, LIFTED_FRAMES = 24, 29, 9
 FRAME_NS = 33_333_000
 AREA = Area((0.0, 0.0), (576.0, 416.0))
+INNER_AREA = Area((0.0, 0.0), (400.0, 240.0))  # with room for hands all round
+AIM_MM = 4.0
 
 
 @pytest.fixture
@@ -30,6 +36,24 @@ def config(tmp_path: Path) -> Path:
         hands += [[pointing_hand(HandPose(AREA.at(*corner)))]] * HELD_FRAMES + [[]] * LIFTED_FRAMES
     frames = (table.render(present, index * FRAME_NS, index) for index, present in enumerate(hands))
     write_libfreenect(tmp_path / "recording", frames, ZeroPlane())
+    path = tmp_path / "touchd.yaml"
+    path.write_text("source: {kind: recording, path: recording}\ncalibration: {frames: 20}\noutputs: []\n")
+    return path
+
+
+@pytest.fixture
+def config_from_two_sides(tmp_path: Path) -> Path:
+    """A config as above: after four empty seconds, people aim 4 mm ahead of their touch, from below and from above."""
+    table = Table(TableCamera(height_mm=800.0, tilt_deg=5.0), seed=1)
+    frames = [table.render([], 0, 0) for _ in range(EMPTY_FRAMES)] * 6
+    for heading_deg, ahead in ((0.0, (0.0, -AIM_MM)), (180.0, (0.0, AIM_MM))):
+        for corner in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            x, y = INNER_AREA.at(*corner)
+            hand = pointing_hand(HandPose((x - ahead[0], y - ahead[1]), heading_deg=heading_deg))
+            frames += [table.render([hand], 0, 0) for _ in range(HELD_FRAMES + 9)]
+            frames += [table.render([], 0, 0) for _ in range(LIFTED_FRAMES)]
+    numbered = (replace(frame, index=i, t_ns=i * FRAME_NS) for i, frame in enumerate(frames))
+    write_libfreenect(tmp_path / "recording", numbered, ZeroPlane())
     path = tmp_path / "touchd.yaml"
     path.write_text("source: {kind: recording, path: recording}\ncalibration: {frames: 20}\noutputs: []\n")
     return path
@@ -57,6 +81,24 @@ def test_an_alignment_is_in_force_at_once_and_after_a_restart(config: Path, tmp_
         daemon.wait_for("state: tracking")
         assert "area      from touchd align, " in touchd(tmp_path, "status")
         assert daemon.end(signal.SIGTERM) == 0
+
+
+def test_from_two_sides_it_is_measured_how_far_ahead_people_aim_and_kept(
+    config_from_two_sides: Path, tmp_path: Path
+) -> None:
+    with running(config_from_two_sides, tmp_path / "state") as daemon:
+        daemon.wait_for("state: tracking")
+        environment = {**os.environ, "STATE_DIRECTORY": str(tmp_path / "state")}
+        # Asked from here, it begins before the first touch: the rounds must not be mixed.
+        said = "\n".join(line.text for line in align_lines(find_control_socket(environment, None), 4, 2))
+        assert daemon.end(signal.SIGTERM) == 0
+    found = re.search(r"people aim ahead of their touch by (\S+) mm from the bottom, (\S+) mm from the top", said)
+    assert found is not None, said
+    assert list(map(float, found.groups())) == pytest.approx([AIM_MM, AIM_MM], abs=1.5)
+    kept = json.loads((tmp_path / "state" / "alignment.json").read_text())
+    assert kept["size_mm"] == pytest.approx([400.0, 240.0], abs=4.0)
+    assert kept["eye"]["bottom"] == pytest.approx(AIM_MM, abs=1.5)
+    assert kept["residual_mm"] < 3.0
 
 
 def test_an_alignment_that_is_ended_leaves_the_area_as_it_was(config: Path, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from touchd.align.hold import Phase
 from touchd.align.session import AlignProgress
+from touchd.contacts.aim import EyeOffsets
 from touchd.control.client import fetch_status, request
 from touchd.control.commands import Line, Terminal, align, align_lines, calibrate, check_daemon, status_page
 from touchd.control.errors import NotRunning, Refused
@@ -118,6 +119,18 @@ def test_the_user_is_led_from_point_to_point_and_hears_what_came_out(path: Path,
     ]
 
 
+def test_from_two_sides_the_user_is_told_to_go_round_and_hears_how_far_ahead_people_aim(
+    path: Path, controls: FakeControls
+) -> None:
+    controls.alignment = [replace(ALIGNED, residual_mm=1.0, eye=EyeOffsets(3.04, 2.0, 2.5, 2.5))]
+    first, *lines = align_lines(path, 4, 2)
+    assert "Then go to another side of the table, best the opposite one, and touch them again." in first.text
+    assert lines[1].text == (
+        "people aim ahead of their touch by 3.0 mm from the bottom, 2.0 mm from the top, 2.5 mm from the left, 2.5 mm "
+        "from the right; touches are told so much farther along the finger"
+    )
+
+
 def test_ctrl_c_ends_an_alignment_at_both_ends(path: Path, controls: FakeControls) -> None:
     written: list[str] = []
 
@@ -127,7 +140,7 @@ def test_ctrl_c_ends_an_alignment_at_both_ends(path: Path, controls: FakeControl
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        align(path, 9, Terminal(write, redraws=True, columns=80, now_s=lambda: 0.0))
+        align(path, 9, 1, Terminal(write, redraws=True, columns=80, now_s=lambda: 0.0))
     assert written[-1] == "alignment ended: the area stays as it was\n"
     assert controls.closed.wait(PATIENCE_S)
     wait_until(lambda: answers(path))

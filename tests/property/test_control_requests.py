@@ -58,9 +58,9 @@ class QuickControls:
             raise self.reload_error
         return "nothing changed"
 
-    def align(self, points: int) -> Generator[AlignProgress]:
+    def align(self, points: int, sides: int) -> Generator[AlignProgress]:
         self.aligned.append(points)
-        yield AlignProgress(points, points, "centre", Phase.DONE, done=True)
+        yield AlignProgress(points * sides, points * sides, "centre", Phase.DONE, done=True)
 
 
 def answers(line: bytes, controls: QuickControls | None = None) -> list[dict[str, Any]]:
@@ -105,6 +105,18 @@ def test_any_object_is_carried_out_or_refused(request: dict[str, Any]) -> None:
 def test_points_other_than_4_and_9_are_refused(points: object) -> None:
     (reply,) = answers(json.dumps({"command": "align", "points": points}).encode())
     assert reply == {"error": f'"points" is 4 or 9, found {points!r}', "exit_code": 64, "done": True}
+
+
+@given(st.sampled_from([True, None, 2.0, "2", 0, 3, [1]]))
+@settings(deadline=None)
+def test_sides_other_than_1_and_2_are_refused(sides: object) -> None:
+    (reply,) = answers(json.dumps({"command": "align", "points": 4, "sides": sides}).encode())
+    assert reply == {"error": f'"sides" is 1 or 2, found {sides!r}', "exit_code": 64, "done": True}
+
+
+def test_an_alignment_from_two_sides_has_twice_the_points() -> None:
+    (reply,) = answers(b'{"command": "align", "points": 4, "sides": 2}')
+    assert reply["progress"]["points"] == 8
 
 
 @given(st.text())

@@ -1,18 +1,21 @@
 import math
 import struct
+from collections.abc import Sequence
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from pythonosc.osc_bundle_builder import IMMEDIATELY, OscBundleBuilder
 from pythonosc.osc_message_builder import OscMessageBuilder
 from touchd.model import Cursor
+from touchd.outputs.profiles import BLOB_2D, CURSOR_2D, CURSOR_25D, Profile
+from touchd.outputs.things import AirCursor, Blob, Thing
 from touchd.outputs.tuio import FSEQ_MAX, SESSION_ID_MAX, TuioEncoder, first_fseq, wire_session_id
 
 from clients.bundles import Bundle, read_bundle
 
 F32_MAX = struct.unpack(">f", b"\x7f\x7f\xff\xff")[0]
 F32_MIN_NORMAL = struct.unpack(">f", b"\x00\x80\x00\x00")[0]
-SMALLEST_LIMIT = 800  # holds a long source name, 60 ids and a cursor
+SMALLEST_LIMIT = 800  # holds a long source name, 60 ids and a cursor or blob
 
 sources = st.text(st.characters(min_codepoint=33, max_codepoint=126), min_size=1, max_size=255)
 coordinates = st.one_of(st.floats(0.0, 1.0), st.floats(-0.1, 1.1), st.floats())
@@ -37,27 +40,66 @@ def cursors_with(session_ids: st.SearchStrategy[int], most: int) -> st.SearchStr
     return st.lists(made, max_size=most, unique_by=lambda cursor: cursor.session_id)
 
 
+ids = st.integers(1, SESSION_ID_MAX)
+places, motions = [coordinates] * 2, [rates] * 2
+fingertips = st.lists(
+    st.builds(AirCursor, ids, *places, coordinates, *motions, rates, rates),
+    max_size=30,
+    unique_by=lambda a: a.session_id,
+)
+things_on_the_surface = st.lists(
+    st.builds(Blob, ids, *places, rates, *[coordinates] * 3, *motions, rates, rates, rates),
+    max_size=30,
+    unique_by=lambda b: b.session_id,
+)
+
+
 def still(session_id: int) -> Cursor:
     return Cursor(session_id, 0.5, 0.5, 0.0, 0.0, 0.0, 4.0, 60.0, 0.0)
 
 
-def expected_bytes(source: str, offset: int, fseq: int, cursors: list[Cursor]) -> bytes:
+def still_one(profile: Profile, session_id: int) -> Thing:
+    if profile is CURSOR_25D:
+        return AirCursor(session_id, 0.5, 0.5, 0.25, 0.0, 0.0, 0.0, 0.0)
+    if profile is BLOB_2D:
+        return Blob(session_id, 0.5, 0.5, 0.0, 0.25, 0.25, 0.0625, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return still(session_id)
+
+
+def expected_bytes(source: str, offset: int, fseq: int, things: Sequence[Thing], profile: str = "2Dcur") -> bytes:
     """Return the bundle as python-osc builds it, with every argument's type given."""
-    seen = [c for c in sorted(cursors, key=lambda c: c.session_id) if math.isfinite(c.x + c.y)][:60]
+    seen = [c for c in sorted(things, key=lambda c: c.session_id) if math.isfinite(c.x + c.y)][:60]
     ids = [1 + (offset + c.session_id - 1) % (2**31 - 1) for c in seen]
     builder = OscBundleBuilder(IMMEDIATELY)
-    add(builder, "ss", "source", source)
-    add(builder, "s" + "i" * len(ids), "alive", *ids)
+    address = f"/tuio/{profile}"
+    add(builder, address, "ss", "source", source)
+    add(builder, address, "s" + "i" * len(ids), "alive", *ids)
     for session_id, c in zip(ids, seen, strict=True):
-        position = (min(max(c.x, 0.0), 1.0), min(max(c.y, 0.0), 1.0))
-        add(builder, "sifffff", "set", session_id, *map(plain, (*position, c.vx, c.vy, c.accel)))
-    add(builder, "si", "fseq", fseq)
+        values = expected_values(c)
+        add(builder, address, "si" + "f" * len(values), "set", session_id, *map(plain, values))
+    add(builder, address, "si", "fseq", fseq)
     dgram: bytes = builder.build().dgram
     return dgram
 
 
-def add(builder: OscBundleBuilder, types: str, *arguments: str | float) -> None:
-    message = OscMessageBuilder("/tuio/2Dcur")
+def expected_values(c: Thing) -> tuple[float, ...]:
+    """Return the floats of a set in the order of the specification."""
+    match c:
+        case Cursor():
+            return share(c.x), share(c.y), c.vx, c.vy, c.accel
+        case AirCursor():
+            return share(c.x), share(c.y), share(c.z), c.vx, c.vy, c.vz, c.accel
+        case Blob():
+            size = share(c.width), share(c.height), share(c.area)
+            return share(c.x), share(c.y), c.angle, *size, c.vx, c.vy, c.turn, c.accel, c.turn_accel
+
+
+def share(value: float) -> float:
+    return 0.0 if math.isnan(value) else min(max(value, 0.0), 1.0)
+
+
+def add(builder: OscBundleBuilder, address: str, types: str, *arguments: str | float) -> None:
+    message = OscMessageBuilder(address)
     for kind, argument in zip(types, arguments, strict=True):
         message.add_arg(argument, kind)
     builder.add_content(message.build())
@@ -77,6 +119,24 @@ def test_the_bytes_are_those_of_an_independent_encoder(
 
 
 @settings(deadline=None)
+@given(sources, offsets, fseqs, fingertips)
+def test_the_bytes_of_fingertips_are_those_of_an_independent_encoder(
+    source: str, offset: int, fseq: int, cursors: list[AirCursor]
+) -> None:
+    (datagram,) = TuioEncoder(source, offset, fseq, CURSOR_25D).next_frame(cursors).split(4096)
+    assert datagram == expected_bytes(source, offset, fseq, cursors, "25Dcur")
+
+
+@settings(deadline=None)
+@given(sources, offsets, fseqs, things_on_the_surface)
+def test_the_bytes_of_blobs_are_those_of_an_independent_encoder(
+    source: str, offset: int, fseq: int, blobs: list[Blob]
+) -> None:
+    (datagram,) = TuioEncoder(source, offset, fseq, BLOB_2D).next_frame(blobs).split(4096)
+    assert datagram == expected_bytes(source, offset, fseq, blobs, "2Dblb")
+
+
+@settings(deadline=None)
 @given(cursors_with(st.integers(1, SESSION_ID_MAX), most=70))
 def test_every_number_sent_is_finite_and_every_coordinate_in_the_area(cursors: list[Cursor]) -> None:
     (datagram,) = TuioEncoder("a@b", 0, 1).next_frame(cursors).split(4096)
@@ -90,31 +150,37 @@ crowds = st.lists(st.sets(st.integers(1, 90), max_size=75), min_size=1, max_size
 limits = st.integers(SMALLEST_LIMIT, 4096)
 
 
+profiles = st.sampled_from([CURSOR_2D, CURSOR_25D, BLOB_2D])
+
+
 @settings(deadline=None)
-@given(sources, fseqs, crowds, limits)
-def test_a_cut_frame_keeps_the_limit_and_sets_each_cursor_once_under_one_fseq(
-    source: str, fseq: int, crowds: list[set[int]], limit: int
+@given(profiles, sources, fseqs, crowds, limits)
+def test_a_cut_frame_keeps_the_limit_and_sets_each_thing_once_under_one_fseq(
+    profile: Profile, source: str, fseq: int, crowds: list[set[int]], limit: int
 ) -> None:
-    encoder = TuioEncoder(source, 0, fseq)
+    encoder = TuioEncoder(source, 0, fseq, profile)
     for crowd in crowds:
-        frame = encoder.next_frame([still(i) for i in crowd])
+        frame = encoder.next_frame([still_one(profile, i) for i in crowd])
         datagrams = frame.split(limit)
         assert max(map(len, datagrams)) <= limit
-        bundles = [read_bundle(datagram) for datagram in datagrams]
+        bundles = [read_bundle(datagram, profile.name) for datagram in datagrams]
         assert [i for bundle in bundles for i in bundle.sets] == sorted(crowd)[:60]
         assert {bundle.fseq for bundle in bundles} == {frame.fseq}
         assert {bundle.source for bundle in bundles} == {source}
 
 
 @settings(deadline=None)
-@given(crowds, limits)
-def test_each_datagram_lists_the_old_cursors_and_those_set_so_far(crowds: list[set[int]], limit: int) -> None:
-    encoder = TuioEncoder("a@b", 0, 1)
+@given(profiles, crowds, limits)
+def test_each_datagram_lists_the_old_things_and_those_set_so_far(
+    profile: Profile, crowds: list[set[int]], limit: int
+) -> None:
+    encoder = TuioEncoder("a@b", 0, 1, profile)
     before: set[int] = set()
     for crowd in crowds:
         now = set(sorted(crowd)[:60])
         so_far = before & now
-        bundles = [read_bundle(d) for d in encoder.next_frame([still(i) for i in crowd]).split(limit)]
+        frame = encoder.next_frame([still_one(profile, i) for i in crowd])
+        bundles = [read_bundle(datagram, profile.name) for datagram in frame.split(limit)]
         for bundle in bundles:
             so_far |= set(bundle.sets)
             assert list(bundle.alive) == sorted(so_far)

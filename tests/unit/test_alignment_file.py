@@ -1,10 +1,12 @@
+import hashlib
 import json
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from touchd.align.alignment import Alignment, AreaOrigin, Corners, KeptAlignment, area_in_force
+from touchd.align.alignment import Alignment, AreaOrigin, Corners, KeptAlignment, area_in_force, eye_in_force
 from touchd.align.file import load_alignment, save_alignment
+from touchd.contacts.aim import EyeOffsets
 from touchd.errors import StateError, StateNotKept
 from touchd.model import AreaCorners
 
@@ -13,6 +15,7 @@ from aligned_table import SENSOR
 CORNERS: Corners = ((60.25, 40.1), (580.0, 44.0), (570.0, 430.0), (66.0, 424.0))
 EDITED: Corners = ((61.0, 40.0), (580.0, 44.0), (570.0, 430.0), (66.0, 424.0))
 FOUND: Corners = ((100.5, 80.0), (540.0, 84.0), (530.0, 390.0), (106.0, 384.0 + 1.0 / 3.0))
+EYE = EyeOffsets(3.0, 2.5, 1.0 / 3.0, -1.0)
 ALIGNMENT = Alignment(FOUND, (700.2, 500.1), 1.25, 4)
 
 
@@ -44,6 +47,37 @@ def test_an_alignment_comes_back_as_it_was_stored(tmp_path: Path, config_corners
     save_alignment(tmp_path / "alignment.json", kept(config_corners), SENSOR)
     assert load_alignment(tmp_path / "alignment.json", SENSOR) == kept(config_corners)
     assert [path.name for path in tmp_path.iterdir()] == ["alignment.json"]
+
+
+def test_the_eye_s_offsets_come_back_too_and_a_file_from_before_they_were_measured_has_none(tmp_path: Path) -> None:
+    path = tmp_path / "alignment.json"
+    measured = replace(kept(None), alignment=replace(ALIGNMENT, eye=EYE))
+    save_alignment(path, measured, SENSOR)
+    assert load_alignment(path, SENSOR) == measured
+    old = json.loads(path.read_text())
+    del old["eye"]
+    content = {key: value for key, value in old.items() if key not in {"kind", "version", "sha256"}}
+    old["sha256"] = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+    path.write_text(json.dumps(old))
+    assert load_alignment(path, SENSOR) == kept(None)
+
+
+@pytest.mark.parametrize(
+    ("config", "measured", "origin", "expected"),
+    [
+        (None, None, AreaOrigin.ALIGNMENT, None),
+        (None, EYE, AreaOrigin.ALIGNMENT, EYE),
+        (None, EYE, AreaOrigin.CONFIG, None),
+        (EyeOffsets(), EYE, AreaOrigin.ALIGNMENT, EyeOffsets()),
+        (EyeOffsets(1.0), EYE, AreaOrigin.CONFIG, EyeOffsets(1.0)),
+    ],
+)
+def test_the_config_s_offsets_go_before_those_of_the_alignment_in_force(
+    config: EyeOffsets | None, measured: EyeOffsets | None, origin: AreaOrigin, expected: EyeOffsets | None
+) -> None:
+    found = replace(kept(None), alignment=replace(ALIGNMENT, eye=measured))
+    assert eye_in_force(config, found, origin) == expected
+    assert eye_in_force(config, None, origin) == config
 
 
 def test_no_stored_alignment_is_none(tmp_path: Path) -> None:

@@ -172,6 +172,34 @@ touchd.yaml:4:42: outputs[2].tuio.interface: expected an IPv4 address such as 19
     pytest.param(
         """\
 outputs:
+  - tuio: {to: ["127.0.0.1:3335"], profile: 3Dcur}
+""",
+        """\
+touchd.yaml:2:45: outputs[0].tuio.profile: expected 2Dcur, 25Dcur or 2Dblb, found "3Dcur"; did you mean '2Dcur'?
+     2 |   - tuio: {to: ["127.0.0.1:3335"], profile: 3Dcur}
+       |                                             ^^^^^
+1 error; the config was not used.
+""",
+        id="a profile that touchd does not send",
+    ),
+    pytest.param(
+        """\
+outputs:
+  - tuio: {to: ["table:3333", "localhost:3334"]}
+  - tuio: {to: ["127.0.0.1:3334"], profile: 25Dcur}
+""",
+        """\
+touchd.yaml:2:3: outputs: 127.0.0.1:3334 gets 2Dcur and 25Dcur, and clients stumble over a second profile on their \
+port (Kivy stops listening); send each profile to a port of its own
+     2 |   - tuio: {to: ["table:3333", "localhost:3334"]}
+       |   ^
+1 error; the config was not used.
+""",
+        id="two profiles on one port",
+    ),
+    pytest.param(
+        """\
+outputs:
   - tuio: {interface: 192.168.0.2}
 """,
         """\

@@ -2,7 +2,9 @@
 
 from dataclasses import replace
 
+import pytest
 from touchd.model import Contact, Hover
+from touchd.tracking.handover import Ground
 from touchd.tracking.hovers import HoverTracker
 from touchd.tracking.settings import TrackingSettings
 
@@ -16,12 +18,12 @@ def airborne(x_mm: float, y_mm: float, height_mm: float = 20.0) -> Contact:
 
 class Air:
     def __init__(self, settings: TrackingSettings | None = None) -> None:
-        self.tracker = HoverTracker(settings or TrackingSettings())
+        self.tracker = HoverTracker(settings or TrackingSettings(), AREA_MM)
         self.t_ns = 0
 
     def see(self, *contacts: Contact, touches_mm: tuple[tuple[float, float], ...] = ()) -> tuple[Hover, ...]:
         self.t_ns += FRAME_NS
-        return self.tracker.step(contacts, touches_mm, self.t_ns)
+        return self.tracker.step(contacts, self.t_ns, Ground(touches_mm))
 
 
 def test_a_fingertip_in_the_air_keeps_its_id_while_it_moves_and_sinks() -> None:
@@ -29,7 +31,26 @@ def test_a_fingertip_in_the_air_keeps_its_id_while_it_moves_and_sinks() -> None:
     seen = [air.see(airborne(300.0 + 10.0 * k, 200.0, 30.0 - 5.0 * k))[0] for k in range(4)]
     assert {hover.hover_id for hover in seen} == {1}
     assert [hover.height_mm for hover in seen] == [30.0, 25.0, 20.0, 15.0]
-    assert seen[-1].x == 330.0 / AREA_MM[0]
+    assert seen[-1].x * AREA_MM[0] == pytest.approx(330.0, abs=8.0)
+
+
+def test_its_velocity_is_the_way_since_the_last_frame_and_it_has_the_speed_of_its_sinking() -> None:
+    air = Air()
+    before = air.see(airborne(100.0, 200.0, 40.0 - 0.1))[0]
+    for k in range(1, 16):
+        (hover,) = air.see(airborne(100.0 + 10.0 * k, 200.0, 39.9 - 2.0 * k))
+        assert hover.vx == pytest.approx((hover.x - before.x) / (FRAME_NS / 1e9))
+        before = hover
+    assert hover.vx * AREA_MM[0] == pytest.approx(300.0, rel=0.03)
+    assert hover.vz_mm_s == pytest.approx(-60.0, rel=0.03)
+
+
+def test_a_finger_that_is_held_still_in_the_air_has_exactly_no_velocity() -> None:
+    air = Air()
+    air.see(airborne(300.0, 200.0))
+    for wobble in (0.1, -0.1, 0.05):
+        (hover,) = air.see(airborne(300.0 + wobble, 200.0, 20.0 + wobble))
+        assert (hover.vx, hover.vy, hover.vz_mm_s) == (0.0, 0.0, 0.0)
 
 
 def test_each_fingertip_has_an_id_of_its_own_whichever_is_named_first() -> None:
@@ -80,5 +101,5 @@ def test_after_all_ended_there_are_new_ids_under_other_settings() -> None:
     air.see(airborne(300.0, 200.0))
     air.tracker.end_all()
     assert air.see(airborne(300.0, 200.0))[0].hover_id == 2
-    air.tracker.adopt(replace(TrackingSettings(), hover_mm=10.0))
+    air.tracker.adopt(replace(TrackingSettings(), hover_mm=10.0), AREA_MM)
     assert air.see(airborne(300.0, 200.0)) == ()

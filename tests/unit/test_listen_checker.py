@@ -202,6 +202,31 @@ def test_every_profile_is_held_to_its_own_arguments(heard: Listening, profile: s
     assert heard.broken() == ["arguments"]
 
 
+def air(number: int, z: float, *, rising: float = 0.0, x: float = 0.5) -> bytes:
+    """Return a frame of 25Dcur with one fingertip at that height."""
+    address = "/tuio/25Dcur"
+    tip = message(address, "sifffffff", "set", 1, x, 0.5, z, 0.0, 0.0, rising, 0.0)
+    return bundle(source(address=address), alive(1, address=address), tip, fseq(number, address))
+
+
+def test_a_height_beyond_0_to_1_is_named(heard: Listening) -> None:
+    heard.hear(air(1, 0.0))
+    heard.hear(air(2, 1.0))
+    assert heard.broken() == []
+    heard.hear(air(3, 1.5))
+    assert heard.broken() == ["out-of-range"]
+    assert heard.told("out-of-range") == "z of cursor 1 is 1.5, outside 0..1"
+
+
+def test_a_fingertip_that_rises_and_does_not_move_otherwise_has_no_stale_velocity(heard: Listening) -> None:
+    for number in range(1, 31):
+        heard.hear(air(number, number / 100.0, rising=0.3))
+    assert heard.broken() == []
+    for number in range(31, 61):
+        heard.hear(air(number, 0.3, rising=0.3))
+    assert heard.broken() == ["stale-velocity"]
+
+
 def test_a_datagram_over_the_network_is_advised_to_fit_a_packet(heard: Listening) -> None:
     crowd = frame(1, dict.fromkeys(range(1, 31), (0.5, 0.5)))
     assert 1472 < len(crowd) < 4096

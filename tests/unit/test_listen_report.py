@@ -94,6 +94,11 @@ def test_moves_are_told_only_where_they_are_wanted() -> None:
     assert LiveLines(0, moves=True, columns=80).of_note(seen, 0) == ["   0.00 move   cursor 5 at 0.250, 0.500"]
 
 
+def test_a_fingertip_is_told_with_its_height() -> None:
+    seen = Seen("bad@table (127.0.0.1:40000)", CursorEvent(Change.ADD, "cursor", 5, 0.25, 0.5, 0.0))
+    assert LiveLines(0, moves=False, columns=80).of_note(seen, 0) == ["   0.00 add    cursor 5 at 0.250, 0.500, 0.000"]
+
+
 def test_with_two_senders_every_line_says_whose_it_is() -> None:
     lines = LiveLines(0, moves=False, columns=100)
     seen = Seen("one@a (127.0.0.1:1)", CursorEvent(Change.ADD, "cursor", 5, None, None))

@@ -4,6 +4,7 @@ from dataclasses import fields, replace
 
 import pytest
 from touchd.align.alignment import AreaOrigin
+from touchd.contacts.aim import EyeOffsets
 from touchd.errors import StateError
 from touchd.metrics import MetricsSnapshot
 from touchd.model import State
@@ -165,6 +166,17 @@ def test_people_read_where_the_area_comes_from_in_words(origin: AreaOrigin) -> N
     lines = status_lines(replace(HEALTHY, area=AreaFacts(origin, None, None)))
     (line,) = (line for line in lines if line.startswith("area "))
     assert line.split()[1] in ("from", "guessed", "the")
+
+
+def test_where_people_aim_is_told_with_the_area() -> None:
+    area = AreaFacts(AreaOrigin.ALIGNMENT, (800.4, 599.6), 1.4, (), EyeOffsets(3.04, 2.0, 2.5, -1.0))
+    lines = status_lines(replace(HEALTHY, area=area))
+    at = lines.index("area      from touchd align, 800 x 600 mm, residual 1.4 mm")
+    assert lines[at + 1].strip() == (
+        "told ahead along the finger: 3.0 mm from the bottom, 2.0 from the top, 2.5 from the left, -1.0 from the right"
+    )
+    status = replace(HEALTHY, area=area)
+    assert status_from_json(status.as_json()) == status
 
 
 @pytest.mark.parametrize(

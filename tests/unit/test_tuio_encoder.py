@@ -3,9 +3,9 @@ import math
 import pytest
 from touchd.errors import OutputError
 from touchd.model import Cursor
+from touchd.outputs.profiles import MAX_CURSORS
 from touchd.outputs.tuio import (
     FSEQ_MAX,
-    MAX_CURSORS,
     SESSION_ID_MAX,
     TuioEncoder,
     default_source,

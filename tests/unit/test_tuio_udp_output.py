@@ -1,8 +1,12 @@
 from collections.abc import Iterator
 
 import pytest
-from touchd.model import Cursor, State, TouchFrame
+from touchd.model import Cursor, Hover, State, TableObject, TouchFrame
+from touchd.outputs.blobs import Blobs
+from touchd.outputs.fingertips import Fingertips
 from touchd.outputs.output import Output
+from touchd.outputs.profiles import BLOB_2D, CURSOR_25D
+from touchd.outputs.screen import Screen, ScreenMap
 from touchd.outputs.tuio import TuioEncoder
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender
@@ -144,3 +148,63 @@ def test_each_destination_tells_its_own_story(box: Mailbox, output: TuioUdpOutpu
     output.start()
     (told,) = output.destinations()
     assert (told.destination, told.sent, told.address) == (box.destination, 3, box.destination)
+
+
+@pytest.fixture
+def in_the_air(box: Mailbox) -> Iterator[TuioUdpOutput]:
+    encoder = TuioEncoder("touchd-test-main@127.0.0.1", 0, 100, CURSOR_25D)
+    made = TuioUdpOutput(encoder, UdpSender([box.destination]), Fingertips(Screen(), full_mm=40.0))
+    yield made
+    made.close()
+
+
+def air(index: int, state: State = State.TRACKING, touch: bool = False, height_mm: float | None = None) -> TouchFrame:
+    cursors = (Cursor(1, 0.5, 0.25, 0.0, 0.0, 0.0, 4.0, 60.0, 0.0, hover_id=1),) if touch else ()
+    hovers = () if height_mm is None else (Hover(1, 0.5, 0.25, height_mm),)
+    return TouchFrame(index, index * FRAME_NS, state, cursors, hovers=hovers)
+
+
+def test_a_fingertip_is_sent_from_the_air_to_the_surface_and_its_end_three_times(
+    box: Mailbox, in_the_air: TuioUdpOutput
+) -> None:
+    shown = [air(0, height_mm=30.0), air(1, height_mm=10.0), air(2, touch=True), *(air(i) for i in range(3, 8))]
+    for index, each in enumerate(shown):
+        in_the_air.publish(each, index * FRAME_NS)
+    bundles = [read_bundle(datagram, "25Dcur") for datagram in box.take()]
+    assert [(bundle.alive, bundle.fseq) for bundle in bundles] == [
+        *[((1,), 100), ((1,), 101), ((1,), 102)],
+        *[((), 103), ((), 104), ((), 105)],
+    ]
+    assert [bundle.sets[1][2] for bundle in bundles[:3]] == [0.75, 0.25, 0.0]
+    assert in_the_air.status().name == f"tuio 25Dcur to {box.destination}"
+
+
+def test_a_pause_of_tracking_ends_hovers_for_good_and_start_and_stop_clear_the_profile(
+    box: Mailbox, in_the_air: TuioUdpOutput
+) -> None:
+    in_the_air.start()
+    in_the_air.publish(air(0, height_mm=30.0), 0)
+    in_the_air.publish(air(1, State.NO_FRAMES), FRAME_NS)
+    in_the_air.publish(air(2, height_mm=30.0), 2 * FRAME_NS)
+    in_the_air.close()
+    bundles = [read_bundle(datagram, "25Dcur") for datagram in box.take()]
+    assert [(bundle.alive, bundle.fseq) for bundle in bundles] == [
+        *[CLEAR] * 3,
+        *[((1,), 100), ((), 101), CLEAR, CLEAR, CLEAR],
+        *[((2,), 102), ((), 103), CLEAR, CLEAR, CLEAR],
+    ]
+
+
+def test_things_on_the_surface_are_sent_as_blobs_for_as_long_as_they_lie_there(box: Mailbox) -> None:
+    phone = TableObject(3, ((0.25, 0.25), (0.75, 0.25), (0.75, 0.5), (0.25, 0.5)), 8.0)
+    encoder = TuioEncoder("touchd-test-main@127.0.0.1", 0, 100, BLOB_2D)
+    output = TuioUdpOutput(encoder, UdpSender([box.destination]), Blobs(ScreenMap(), max_blobs=60))
+    for index in range(3):
+        objects = (phone,) if index < 2 else ()
+        output.publish(TouchFrame(index, index * FRAME_NS, State.TRACKING, objects=objects), index * FRAME_NS)
+    output.close()
+    bundles = [read_bundle(datagram, "2Dblb") for datagram in box.take()]
+    assert [bundle.alive for bundle in bundles[:3]] == [(1,), (1,), ()]
+    x, y, angle, width, height, area, *rates = bundles[1].sets[1]
+    assert (x, y, angle, width, height, area) == (0.5, 0.375, 0.0, 0.5, 0.25, 0.125)
+    assert rates == [0.0] * 5

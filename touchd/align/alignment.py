@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TypeAlias
 
+from touchd.contacts.aim import EyeOffsets
 from touchd.errors import ExitCode, TouchdError
 from touchd.model import AreaCorners
 
@@ -28,12 +29,16 @@ class AreaOrigin(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Alignment:
-    """The area's corners as depth pixels as seen, top-left first, clockwise; and how well the touched points agree."""
+    """The area's corners as depth pixels as seen, top-left first, clockwise; and how well the touched points agree.
+
+    ``eye`` is how far ahead of their touch people aim, where that was asked for.
+    """
 
     corners_px: Corners
     size_mm: tuple[float, float]  # width and height as they lie on the surface
     residual_mm: float  # rms; for four points: off a rectangle, for nine: off an even grid
     points: int  # how many were touched
+    eye: EyeOffsets | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +60,10 @@ def area_in_force(config: AreaCorners | None, kept: KeptAlignment | None) -> tup
     if kept is not None and kept.config_corners == config_corners:
         return AreaCorners(kept.alignment.corners_px, None if config is None else config.size_mm), AreaOrigin.ALIGNMENT
     return config, AreaOrigin.GUESSED if config is None else AreaOrigin.CONFIG
+
+
+def eye_in_force(config: EyeOffsets | None, kept: KeptAlignment | None, origin: AreaOrigin) -> EyeOffsets | None:
+    """Return how far ahead of their touch people aim: as the config says, else as the alignment in force found."""
+    if config is not None or kept is None or origin is not AreaOrigin.ALIGNMENT:
+        return config
+    return kept.alignment.eye

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from touchd.align.alignment import Alignment, Corners, KeptAlignment
+from touchd.contacts.aim import EyeOffsets
 from touchd.errors import StateError
 from touchd.model import Sensor
 from touchd.state import camera_identity, other_camera, write_whole
@@ -75,10 +76,18 @@ def _kept(content: dict[str, Any]) -> KeptAlignment:
             size_mm=(width, height),
             residual_mm=_number(content["residual_mm"]),
             points=round(_number(content["points"])),
+            eye=_eye(content.get("eye")),
         ),
         made_s=_number(content["made"]),
         config_corners=None if given is None else _corners(given),
     )
+
+
+def _eye(value: dict[str, float] | None) -> EyeOffsets | None:
+    """Return the offsets; files of before they were measured have none."""
+    if value is None:
+        return None
+    return EyeOffsets(*(_number(value[side]) for side in ("bottom", "top", "left", "right")))
 
 
 def _corners(value: list[list[float]]) -> Corners:

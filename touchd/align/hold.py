@@ -24,12 +24,14 @@ class HoldStep:
     """What one frame brought.
 
     ``position`` is given once, in the frame in which the hold is complete: the touch's mean place meanwhile, in the
-    coordinates of the frames' cursors. DONE is given once too, when the finger has gone.
+    coordinates of the frames' cursors; ``towards`` is where its finger pointed then, where that is known. DONE is given
+    once too, when the finger has gone.
     """
 
     phase: Phase
     share: float  # of the time that a touch must be held
     position: tuple[float, float] | None = None
+    towards: tuple[float, float] | None = None
     why: str | None = None  # what keeps a hold from counting, a sentence for people
 
 
@@ -74,7 +76,7 @@ class HoldDetector:
         position = _mean(tuple(self._places))
         self._held, self._empty_since_ns = True, None
         self._places.clear()
-        return HoldStep(Phase.LIFT, 1.0, position)
+        return HoldStep(Phase.LIFT, 1.0, position, touch.towards)
 
     def _await_lift(self, frame: TouchFrame) -> HoldStep:
         if frame.state is not State.TRACKING or frame.cursors:

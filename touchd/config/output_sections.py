@@ -6,9 +6,12 @@ from pydantic import AfterValidator, ConfigDict, Field, model_validator
 
 from touchd.config.checks import check_box, check_destination, check_ipv4, check_not_empty, fault
 from touchd.config.section import Emptiable, Expects, FilePath, Section, field
+from touchd.outputs.blobs import Blobs
+from touchd.outputs.fingertips import Fingertips
+from touchd.outputs.profiles import BLOB_2D, CURSOR_25D, MAX_CURSORS
 from touchd.outputs.screen import Screen, ScreenMap
-from touchd.outputs.tuio import MAX_CURSORS
-from touchd.outputs.udp import is_multicast
+from touchd.outputs.udp import Destination, is_multicast, parse_destination
+from touchd.outputs.views import Touches, View
 
 _Destination = Annotated[str, AfterValidator(check_destination)]
 _Edge = Annotated[float, Field(ge=-100, le=100)]
@@ -24,7 +27,11 @@ class Tuio(Section):
         Expects('a list of destinations such as ["127.0.0.1:3333"]'),
     ] = field(("127.0.0.1:3333",), "Who gets them, as HOST:PORT; [ADDRESS]:PORT for IPv6")
     transport: Literal["udp"] = field("udp", "How they travel")
-    profile: Literal["2Dcur"] = field("2Dcur", "Which TUIO profile is sent")
+    profile: Literal["2Dcur", "25Dcur", "2Dblb"] = field(
+        "2Dcur",
+        "Which TUIO profile is sent: touches, fingertips with their height, or the things on the surface; each needs a"
+        " port of its own",
+    )
     # Clients read OSC strings as ASCII.
     source: Annotated[
         str, Field(pattern=r"^[ -~]{1,100}$"), Expects("auto, or a name of 1 to 100 ASCII characters")
@@ -38,7 +45,7 @@ class Tuio(Section):
     flip_y: bool = field(False, "Turn top and bottom round, before map")
     max_cursors: Annotated[int, Field(ge=1, le=MAX_CURSORS)] = field(
         MAX_CURSORS,
-        "At most so many at a time; a touch that begins while there are as many is not sent",
+        "At most so many at a time; one that begins while there are as many is not sent",
         unit="touches",
     )
     interface: Annotated[str, AfterValidator(check_ipv4), Expects("an IPv4 address")] | None = field(
@@ -57,9 +64,13 @@ class Tuio(Section):
             )
         return self
 
-    def screen(self) -> Screen:
-        """Return a new view of the cursors as these keys want it."""
-        return Screen(ScreenMap(self.map, self.swap_axes, self.flip_x, self.flip_y), self.max_cursors)
+    def view(self, hover_mm: float) -> View:
+        """Return a new view of the frames as these keys want it; hovers are followed up to ``hover_mm``."""
+        placement = ScreenMap(self.map, self.swap_axes, self.flip_x, self.flip_y)
+        if self.profile == BLOB_2D.name:
+            return Blobs(placement, self.max_cursors)
+        screen = Screen(placement, self.max_cursors)
+        return Fingertips(screen, hover_mm) if self.profile == CURSOR_25D.name else Touches(screen)
 
 
 class Events(Section):
@@ -84,3 +95,24 @@ class Output(Section):
             both = "both; give each a '-' of its own"
             raise fault(f"an output is one thing, tuio or events; found {both if self.model_fields_set else 'none'}")
         return self
+
+
+def check_profiles_are_apart(outputs: tuple[Output, ...]) -> tuple[Output, ...]:
+    """Return ``outputs`` if no destination gets two TUIO profiles."""
+    sent: dict[Destination, Tuio] = {}
+    for tuio in (item.tuio for item in outputs if item.tuio is not None):
+        for text in tuio.to:
+            other = sent.setdefault(_address(text), tuio)
+            if other.profile != tuio.profile:
+                raise fault(
+                    f"{text} gets {other.profile} and {tuio.profile}, and clients stumble over a second profile on"
+                    " their port (Kivy stops listening); send each profile to a port of its own"
+                )
+    return outputs
+
+
+def _address(text: str) -> Destination:
+    """Return a destination, the same one for the common ways to write it."""
+    parsed = parse_destination(text)
+    host = parsed.host.lower()
+    return Destination("127.0.0.1" if host == "localhost" else host, parsed.port)

@@ -7,9 +7,10 @@ from pydantic import AfterValidator
 
 from touchd.config.checks import check_version
 from touchd.config.input_sections import Area, Camera, Source
-from touchd.config.output_sections import Output, Tuio
+from touchd.config.output_sections import Output, Tuio, check_profiles_are_apart
 from touchd.config.section import Emptiable, Expects, Section, field
 from touchd.config.touch_sections import Calibration, Touch, Tracking
+from touchd.contacts.aim import EyeOffsets
 from touchd.contacts.settings import BlobSettings
 from touchd.model import AreaCorners, Intrinsics
 from touchd.surface.settings import CalibrationSettings, ShellSettings
@@ -31,9 +32,11 @@ class Config(Section):
     )
     touch: Annotated[Touch, Emptiable] = field(Touch(), "What counts as a touch")
     tracking: Annotated[Tracking, Emptiable] = field(Tracking(), "How touches are followed from frame to frame")
-    outputs: Annotated[tuple[Output, ...], Expects("list items '- tuio:' or '- events:', or [] for no output")] = field(
-        (Output(tuio=Tuio()),), "Where touches go, any number of outputs; [] for none"
-    )
+    outputs: Annotated[
+        tuple[Output, ...],
+        Expects("list items '- tuio:' or '- events:', or [] for no output"),
+        AfterValidator(check_profiles_are_apart),
+    ] = field((Output(tuio=Tuio()),), "Where touches go, any number of outputs; [] for none")
 
     def was_set(self, path: str) -> bool:
         """Return whether the file gives the key with this dotted path, such as "calibration.frames".
@@ -76,6 +79,13 @@ class Config(Section):
             min_area_mm2=self.touch.min_area_mm2,
             max_area_mm2=self.touch.max_area_mm2,
         )
+
+    def eye_offsets(self) -> EyeOffsets | None:
+        """Return how far ahead of their touch people aim, or None where the file does not say."""
+        given = self.touch.eye_offset_mm
+        if not given.model_fields_set:
+            return None
+        return EyeOffsets(given.bottom, given.top, given.left, given.right)
 
     def tracking_settings(self) -> TrackingSettings:
         """Return how the tracking stage is to follow contacts."""

@@ -75,6 +75,19 @@ class Shell(Section):
         return self
 
 
+_AimMm = Annotated[float, Field(ge=-30, le=30)]
+_AIM = "Of fingers that reach in from the area's {} edge"
+
+
+class EyeOffset(Section):
+    """How far ahead of the touch, along the finger, people aim; in place of what 'touchd align --eye' measured."""
+
+    bottom: _AimMm = field(0.0, _AIM.format("bottom"), unit="millimetres")
+    top: _AimMm = field(0.0, _AIM.format("top"), unit="millimetres")
+    left: _AimMm = field(0.0, _AIM.format("left"), unit="millimetres")
+    right: _AimMm = field(0.0, _AIM.format("right"), unit="millimetres")
+
+
 class Touch(Section):
     """What counts as a touch."""
 
@@ -98,6 +111,10 @@ class Touch(Section):
         _BLOBS.max_area_mm2, "Method shell: larger contacts are no fingers", unit="square millimetres"
     )
     shell: Annotated[Shell, Emptiable] = field(Shell(), "The paper's method in detail")
+    eye_offset_mm: Annotated[EyeOffset, Emptiable] = field(
+        EyeOffset(),
+        "How far ahead of the touch, along the finger, people aim; without any of these as 'touchd align --eye' found",
+    )
 
     @model_validator(mode="after")
     def _bounds_enclose_something(self) -> Self:

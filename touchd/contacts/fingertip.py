@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from math import atan2, ceil, log, pi
+from math import atan2, ceil, cos, log, pi, sin
 
 import cv2
 import numpy as np
 
+from touchd.contacts.aim import heading
 from touchd.contacts.belief import Beliefs
 from touchd.contacts.candidates import Walk, find_ends
 from touchd.contacts.fit import Fitter, Picture, Quality
@@ -144,6 +145,7 @@ class FingertipMethod:
         width_mm, height_mm = self._place.area.size_mm
         back_u, back_v = seen.lay.along(seen.angle)
         back_x, back_y = self.area_of(place_px[0] + back_u, place_px[1] + back_v)
+        back = atan2((back_y - y) * height_mm, (back_x - x) * width_mm)
         return Contact(
             x=x,
             y=y,
@@ -151,8 +153,9 @@ class FingertipMethod:
             y_mm=y * height_mm,
             height_mm=max(0.0, seen.clearance_mm),
             area_mm2=pi * seen.radius_mm**2,
-            angle=_half_turn(atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
+            angle=_half_turn(back),
             firm=firm,
+            towards=(-cos(back), -sin(back)),
         )
 
     def _place_mm(self, u: float, v: float) -> tuple[float, float]:
@@ -194,7 +197,7 @@ def _sighting(tip: Tip, resting: Tip, opinion: Opinion) -> Seen:
         u + along_u * opinion.along_mm + across_u * opinion.across_mm,
         v + along_v * opinion.along_mm + across_v * opinion.across_mm,
         *tip.under_px,
-        resting.angle,
+        heading(resting.angle, tip.pitch_rad, (lay.x_by_z, lay.y_by_z)),
         tip.radius_mm,
         opinion.clearance_mm,
         opinion.odds,

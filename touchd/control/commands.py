@@ -109,24 +109,25 @@ def calibrate(socket_path: Path) -> Iterator[Line]:
             raise Refused(progress["why"] or "touchd gave up calibrating, and does not say why", progress["exit_code"])
 
 
-def align(socket_path: Path, points: int, terminal: Terminal) -> None:
+def align(socket_path: Path, points: int, sides: int, terminal: Terminal) -> None:
     """Lead the user through an alignment. Raises what :func:`request` does; on Ctrl-C the old area stays."""
     try:
-        terminal.show(align_lines(socket_path, points))
+        terminal.show(align_lines(socket_path, points, sides))
     except KeyboardInterrupt:
         terminal.write("alignment ended: the area stays as it was\n")
         raise
 
 
-def align_lines(socket_path: Path, points: int) -> Iterator[Line]:
+def align_lines(socket_path: Path, points: int, sides: int = 1) -> Iterator[Line]:
     """Align the running daemon; yield what the user is to do, and what came of it. Raises what :func:`request` does."""
+    again = "" if sides == 1 else " Then go to another side of the table, best the opposite one, and touch them again."
     yield Line(
         f"You will be asked to touch {points} points of the area, as you see it from where its users stand. Touch each "
-        "with one finger and hold it still. Ctrl-C ends this and changes nothing.",
+        f"with one finger and hold it still.{again} Ctrl-C ends this and changes nothing.",
         lasting=True,
     )
     told = 0
-    with closing(request(socket_path, "align", {"points": points})) as answers:
+    with closing(request(socket_path, "align", {"points": points, "sides": sides})) as answers:
         for progress in answers:
             place = f"[{progress['point']}/{progress['points']}] {progress['target']}"
             held = progress["phase"] == Phase.LIFT and not progress["why"]
@@ -156,6 +157,9 @@ def _outcome(progress: dict[str, Any]) -> Iterator[str]:
     yield (
         f"aligned and in force: {width_mm:.0f} x {height_mm:.0f} mm, residual {progress['residual_mm']:.1f} mm; {kept}"
     )
+    if progress.get("eye"):
+        sides = ", ".join(f"{mm:.1f} mm from the {side}" for side, mm in progress["eye"].items())
+        yield f"people aim ahead of their touch by {sides}; touches are told so much farther along the finger"
     if progress["why"]:
         yield progress["why"]
     if progress["residual_mm"] > _MUCH_MM:

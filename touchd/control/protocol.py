@@ -2,7 +2,7 @@
 
 A client sends one line of JSON, ``{"command": "status"}``, and reads lines of JSON until one has ``"done": true``.
 A line has "progress" (an object) while a command is at work, "result" (an object) when it is done, or "error" (a
-sentence) and "exit_code". ``align`` takes "points". Keys may be added, never renamed.
+sentence) and "exit_code". ``align`` takes "points" and "sides". Keys may be added, never renamed.
 """
 
 import json
@@ -54,8 +54,11 @@ class Controls(Protocol):
     def reload(self) -> str:
         """Read the config file again and say what was changed. Raises ConfigError if it cannot be used."""
 
-    def align(self, points: int) -> Generator[AlignProgress]:
-        """Find the active area by that many touches. When the generator is closed early the old area stays."""
+    def align(self, points: int, sides: int) -> Generator[AlignProgress]:
+        """Find the active area by that many touches from each of so many sides.
+
+        When the generator is closed early the old area stays.
+        """
 
 
 class Refusal(TouchdError):
@@ -101,7 +104,10 @@ class Answerer:
         points = arguments.get("points", 4)
         if not isinstance(points, int) or points not in (4, 9):
             raise Refusal(f'"points" is 4 or 9, found {_echo(points)}')
-        yield from self._alone(lambda: self._controls.align(points))
+        sides = arguments.get("sides", 1)
+        if not isinstance(sides, int) or isinstance(sides, bool) or sides not in (1, 2):
+            raise Refusal(f'"sides" is 1 or 2, found {_echo(sides)}')
+        yield from self._alone(lambda: self._controls.align(points, sides))
 
     def _alone(self, begin: Callable[[], Generator[Progress] | Generator[AlignProgress]]) -> Iterator[Reply]:
         if not self._at_work.acquire(blocking=False):

@@ -38,13 +38,14 @@ class Change(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class CursorEvent:
-    """A change of a cursor; x and y are None where the sender told no position."""
+    """A change of a cursor; x and y are None where the sender told no position, z in a flat profile as well."""
 
     change: Change
     noun: str
     session_id: int
     x: float | None
     y: float | None
+    z: float | None = None
 
 
 @dataclass(slots=True)
@@ -135,8 +136,9 @@ class Cursors:
                 yield self._event(Change.MOVE, session_id, placed)
 
     def _event(self, change: Change, session_id: int, placed: Placed | None) -> CursorEvent:
-        x, y = (None, None) if placed is None else (placed.x, placed.y)
-        return CursorEvent(change, self._noun, session_id, x, y)
+        if placed is None:
+            return CursorEvent(change, self._noun, session_id, None, None)
+        return CursorEvent(change, self._noun, session_id, placed.x, placed.y, placed.z)
 
     def _check_redundant(self, part: Part) -> Iterator[Breach]:
         news = sorted(set(part.alive) ^ self._tracks.keys())
@@ -201,7 +203,7 @@ class Cursors:
             placed = frame.placed.get(session_id)
             track = self._tracks.setdefault(session_id, _Track(None, frame.t_ns))
             if placed is not None:
-                if track.placed is not None and (track.placed.x, track.placed.y) == (placed.x, placed.y):
+                if track.placed is not None and _place(track.placed) == _place(placed):
                     self._repeats += 1
                 else:
                     track.moved_ns = frame.t_ns
@@ -209,6 +211,10 @@ class Cursors:
             if track.placed is not None and track.placed.speed > 0.0 and frame.t_ns - track.moved_ns >= _AT_REST_NS:
                 found = f"{self._noun} {session_id} has rested for {(frame.t_ns - track.moved_ns) / 1e9:.1f} s"
                 yield Breach(STALE_VELOCITY, f"{found} with a velocity of {track.placed.speed:.3g}", frame.fseq)
+
+
+def _place(placed: Placed) -> tuple[float | None, ...]:
+    return placed.x, placed.y, placed.z
 
 
 def _near(a: Placed, b: Placed) -> bool:

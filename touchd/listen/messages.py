@@ -55,11 +55,12 @@ class Profile:
 
 @dataclass(frozen=True, slots=True)
 class Placed:
-    """What a set says: a position, and the greatest component of its velocity."""
+    """What a set says: a position (``z`` None in a flat profile), and the greatest component of its velocity."""
 
     x: float
     y: float
     speed: float
+    z: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,8 +202,8 @@ class _Group:
             return
         session_id = round(named["s"])
         self._check_values(session_id, named)
-        speed = max(abs(named.get(each, 0.0)) for each in ("X", "Y"))
-        self._sets[session_id] = Placed(named["x"], named["y"], speed)
+        speed = max(abs(named.get(each, 0.0)) for each in ("X", "Y", "Z"))
+        self._sets[session_id] = Placed(named["x"], named["y"], speed, named.get("z"))
 
     def _check_set_types(self, tags: str) -> None:
         profile = self._profile
@@ -222,7 +223,7 @@ class _Group:
         for name, value in named.items():
             if not math.isfinite(value):
                 self._say(NOT_FINITE, f"{name} of {self._profile.noun} {session_id} is {value}")
-            elif name in "xy" and not -_ROUNDING <= value <= 1.0 + _ROUNDING:
+            elif name in "xyz" and not -_ROUNDING <= value <= 1.0 + _ROUNDING:
                 self._say(OUT_OF_RANGE, f"{name} of {self._profile.noun} {session_id} is {value:.4g}, outside 0..1")
 
     def _say(self, rule: Rule, found: str) -> None:

@@ -79,6 +79,7 @@ class LiveLines:
     def _cursor(self, seen: Seen) -> str:
         event = seen.event
         place = "without a position" if event.x is None else f"at {event.x:.3f}, {event.y:.3f}"
+        place += "" if event.z is None else f", {event.z:.3f}"
         return f"{self._whose(seen.sender)}{event.noun} {event.session_id} {place}"
 
     def _whose(self, label: str) -> str:

@@ -121,7 +121,7 @@ NOT_FINITE = _fault(
     "not-finite", "It stays in the C++ client for the cursor's whole life.", "Leave out a cursor without a position."
 )
 OUT_OF_RANGE = _fault(
-    "out-of-range", "Clients place the touch outside their window.", "Clamp x and y to 0..1, or end the cursor."
+    "out-of-range", "Clients place the touch outside their window.", "Clamp positions to 0..1, or end the cursor."
 )
 LOW_ID = _advice("low-id", "Some clients take 0 or -1 for no cursor at all.", "Count session ids from 1.")
 

@@ -1,27 +1,25 @@
 """TUIO 1.1 as bytes: what is in a frame's bundle and how it is cut into datagrams. No socket and no clock.
 
+What a message looks like is in ``profiles``.
+
 Source of the format: the TUIO 1.1 protocol specification (tuio.org) and the OSC 1.0 specification. Where they
 leave freedom, the comments here name the client that can bear only one way.
 """
 
-import math
 import struct
 from collections.abc import Iterator, Sequence
 from operator import attrgetter
 
 from touchd.errors import OutputError
-from touchd.model import Cursor
+from touchd.outputs.profiles import CURSOR_2D, MAX_CURSORS, Profile, wire_values
+from touchd.outputs.things import Thing
 
-MAX_CURSORS = 60  # with the longest source name they still fit one datagram of 4096 bytes
 MAX_SOURCE_BYTES = 255
 FSEQ_MAX = 2**31 - 1
 SESSION_ID_MAX = 2**31 - 1
 
 _BUNDLE_HEAD = b"#bundle\0" + struct.pack(">Q", 1)  # time tag 1: "immediately"
-_INT = struct.Struct(">i")
 _REDUNDANT = -1  # the fseq that marks a bundle as no new frame
-_F32_MAX = (2.0 - 2.0**-23) * 2.0**127
-_F32_MIN_NORMAL = 2.0**-126
 _TICKS_A_SECOND = 100  # faster than any frame rate, and than people can begin touches
 _CLOCK_IS_SET_S = 1_577_836_800.0  # 2020-01-01: a clock before that was never set
 _OLDEST_FIRST = attrgetter("session_id")
@@ -85,61 +83,6 @@ def _following(fseq: int) -> int:
     return fseq % FSEQ_MAX + 1
 
 
-def _padded(text: bytes) -> bytes:
-    return text + b"\0" * (4 - len(text) % 4)
-
-
-def _element(message: bytes) -> bytes:
-    return _INT.pack(len(message)) + message
-
-
-class Profile:
-    """The messages of one TUIO profile as bundle elements: a message with its length before it.
-
-    ``address`` is the profile's OSC address, ``set_floats`` how many floats follow the session id in its set
-    message. Nothing else differs between the profiles of cursors, hovers and blobs.
-    """
-
-    def __init__(self, address: str, set_floats: int) -> None:
-        self._address = _padded(address.encode("ascii"))
-        tags = _padded(b",si" + b"f" * set_floats)
-        length = len(self._address) + len(tags) + 4 + 4 + 4 * set_floats
-        self._set_head = _INT.pack(length) + self._address + tags + _padded(b"set")
-        self._set = struct.Struct(f">{len(self._set_head)}si{set_floats}f")
-        fseq = self._address + _padded(b",si") + _padded(b"fseq")
-        self._fseq_head = _INT.pack(len(fseq) + 4) + fseq
-        self._alive_heads = tuple(self._alive_head(count) for count in range(MAX_CURSORS + 1))
-        self.set_bytes = self._set.size
-
-    def source(self, name: bytes) -> bytes:
-        """Return the source element."""
-        return _element(self._address + _padded(b",ss") + _padded(b"source") + _padded(name))
-
-    def alive(self, session_ids: Sequence[int]) -> bytes:
-        """Return the alive element of up to ``MAX_CURSORS`` session ids as they stand on the wire."""
-        count = len(session_ids)
-        return self._alive_heads[count] + struct.pack(f">{count}i", *session_ids)
-
-    def alive_bytes(self, count: int) -> int:
-        """Return the size of the alive element of ``count`` session ids."""
-        return len(self._alive_heads[count]) + 4 * count
-
-    def set(self, session_id: int, values: tuple[float, ...]) -> bytes:
-        """Return the set element; every value must be a number that float32 can hold."""
-        return self._set.pack(self._set_head, session_id, *values)
-
-    def fseq(self, number: int) -> bytes:
-        """Return the fseq element."""
-        return self._fseq_head + _INT.pack(number)
-
-    def _alive_head(self, count: int) -> bytes:
-        body = self._address + _padded(b",s" + b"i" * count) + _padded(b"alive")
-        return _INT.pack(len(body) + 4 * count) + body
-
-
-CURSOR_2D = Profile("/tuio/2Dcur", set_floats=5)
-
-
 class EncodedFrame:
     """One frame under one fseq, ready to be cut into datagrams for destinations of any limit."""
 
@@ -150,16 +93,16 @@ class EncodedFrame:
         profile: Profile,
         source: bytes,
         fseq: int,
-        cursors: dict[int, bytes],
+        sets: dict[int, bytes],
         known: frozenset[int],
     ) -> None:
-        """Hold the set elements ``cursors`` by wire session id; ``known`` are the ids of the frame before."""
+        """Hold the elements ``sets`` by wire session id; ``known`` are the ids of the frame before."""
         self.fseq = fseq
-        self.session_ids = tuple(cursors)
+        self.session_ids = tuple(sets)
         self._profile = profile
         self._head = _BUNDLE_HEAD + source
         self._tail = profile.fseq(fseq)
-        self._sets = tuple(cursors.values())
+        self._sets = tuple(sets.values())
         self._known = known
         self._datagrams: dict[int, tuple[bytes, ...]] = {}
 
@@ -206,38 +149,43 @@ class EncodedFrame:
 
 
 class TuioEncoder:
-    """Turns the cursors of each frame into TUIO 1.1 bundles of profile 2Dcur, with one fseq counter.
+    """Turns the cursors, fingertips or blobs of each frame into TUIO 1.1 bundles of one profile, with one fseq counter.
 
     Everything that a destination port gets must come from one encoder, as clients keep one fseq per sender.
     """
 
-    def __init__(self, source: str, session_offset: int, first_fseq: int) -> None:
+    def __init__(self, source: str, session_offset: int, first_fseq: int, profile: Profile = CURSOR_2D) -> None:
         """Start with ``first_fseq`` (1..2**31-1) as the first frame's fseq, and no cursors known to anyone.
 
         :raises OutputError: when ``source`` cannot be an OSC string of at most 255 bytes.
         """
-        self._profile = CURSOR_2D
+        self._profile = profile
         self._source = self._profile.source(_source_name(source))
         self._offset = session_offset
         self._fseq = (first_fseq - 2) % FSEQ_MAX + 1  # the one before
         self._known: frozenset[int] = frozenset()
 
     @property
+    def profile(self) -> str:
+        """The name of the profile that is sent."""
+        return self._profile.name
+
+    @property
     def last_fseq(self) -> int:
         """The fseq of the last frame: what to keep for :func:`first_fseq` of the next run."""
         return self._fseq
 
-    def next_frame(self, cursors: Sequence[Cursor]) -> EncodedFrame:
-        """Take the next fseq and encode ``cursors`` under it: a set for every one of them, moved or not.
+    def next_frame(self, things: Sequence[Thing]) -> EncodedFrame:
+        """Take the next fseq and encode ``things``, of the profile, under it: a set for every one, moved or not.
 
-        A cursor whose x or y is no finite number is left out. Of more than ``MAX_CURSORS`` the oldest, those
-        with the lowest session ids, stay.
+        One whose x or y is no finite number is left out. Of more than ``MAX_CURSORS`` the oldest, those with the
+        lowest session ids, stay.
         """
         sets: dict[int, bytes] = {}
-        for cursor in sorted(cursors, key=_OLDEST_FIRST):
-            values = _cursor_values(cursor)
+        for thing in sorted(things, key=_OLDEST_FIRST):
+            values = wire_values(thing)
             if values is not None:
-                session_id = wire_session_id(self._offset, cursor.session_id)
+                session_id = wire_session_id(self._offset, thing.session_id)
                 sets[session_id] = self._profile.set(session_id, values)
                 if len(sets) == MAX_CURSORS:
                     break
@@ -263,23 +211,3 @@ def _source_name(source: str) -> bytes:
             f"The TUIO source name {source[:20]!r}… has {len(source)} characters; give it at most {MAX_SOURCE_BYTES}."
         )
     return source.encode("ascii")
-
-
-def _cursor_values(cursor: Cursor) -> tuple[float, ...] | None:
-    x, y = cursor.x, cursor.y
-    if not (math.isfinite(x) and math.isfinite(y)):
-        return None
-    return _clamped(x), _clamped(y), _sendable(cursor.vx), _sendable(cursor.vy), _sendable(cursor.accel)
-
-
-def _clamped(coordinate: float) -> float:
-    if _F32_MIN_NORMAL <= coordinate <= 1.0:
-        return coordinate
-    return 1.0 if coordinate > 1.0 else 0.0
-
-
-def _sendable(value: float) -> float:
-    """Return ``value``, or 0.0 where float32 would make NaN, infinity, -0.0 or a subnormal number of it."""
-    if _F32_MIN_NORMAL <= value <= _F32_MAX or -_F32_MAX <= value <= -_F32_MIN_NORMAL:
-        return value
-    return 0.0

@@ -2,27 +2,31 @@
 
 from collections.abc import Sequence
 
-from touchd.model import Cursor, State, TouchFrame
+from touchd.model import State, TouchFrame
 from touchd.outputs.output import OutputStatus
+from touchd.outputs.profiles import CURSOR_2D
 from touchd.outputs.screen import Screen
+from touchd.outputs.things import Thing
 from touchd.outputs.tuio import TuioEncoder
 from touchd.outputs.udp import DestinationStatus, UdpSender
+from touchd.outputs.views import Touches, View
 
 _CLEAR_COPIES = 3  # nothing repeats a clear later, so that one lost datagram must not matter
 _IDLE_NS = 1_000_000_000
-_FAREWELLS = 3  # frames that say that nobody touches any more: a lost one must not leave a touch for a second
+_FAREWELLS = 3  # frames that say that nothing is there any more: a lost one must not leave a touch for a second
 
 
 class TuioUdpOutput:
-    """Sends each frame that has cursors, the three after the last of them left, and an empty one when idle.
+    """Sends each frame that has something to tell, the three after the last such one, and an empty one when idle.
 
     Takes ``encoder`` and ``sender`` for its own and closes the latter. In a state other than "tracking" there
-    are no cursors, whatever the frame holds. ``screen`` is what of them the clients get; None: all that fit.
+    is nothing to tell, whatever the frame holds. ``view`` is what the clients get, of the encoder's profile; None:
+    all touches.
     """
 
-    def __init__(self, encoder: TuioEncoder, sender: UdpSender, screen: Screen | None = None) -> None:
+    def __init__(self, encoder: TuioEncoder, sender: UdpSender, view: View | None = None) -> None:
         self._encoder = encoder
-        self._screen = screen or Screen()
+        self._view = view or Touches(Screen())
         self._sender = sender
         self._live = False
         self._farewells = 0
@@ -36,18 +40,20 @@ class TuioUdpOutput:
         """Send what clients must know of ``frame``; a state without tracking ends all touches for good."""
         tracking = frame.state is State.TRACKING
         was_live = self._live
-        cursors = self._screen.view(frame.cursors if tracking else ())
-        if cursors or self._farewells:
-            self._send(cursors, now_ns)
+        things = self._view.of(frame) if tracking else ()
+        if things or self._farewells:
+            self._send(things, now_ns)
         else:
             self.tick(now_ns)
-        if was_live and not tracking:
-            self._clear()
+        if not tracking:
+            self._view.end_all()
+            if was_live:
+                self._clear()
 
     def tick(self, now_ns: int) -> None:
-        """Send an empty alive if there is no cursor and nothing was sent for a second.
+        """Send an empty alive if there is nothing to tell and nothing was sent for a second.
 
-        So a client that missed the last removal holds its cursor for no longer than that.
+        So a client that missed the last removal holds what it removed for no longer than that.
         """
         idle = self._last_sent_ns is None or now_ns - self._last_sent_ns >= _IDLE_NS
         if idle and not self._live:
@@ -63,7 +69,7 @@ class TuioUdpOutput:
         """Return the sums over all destinations, and the error of the first that has one."""
         each = self._sender.status()
         return OutputStatus(
-            name="tuio to " + ", ".join(one.destination for one in each),
+            name=f"{self._name()} to " + ", ".join(one.destination for one in each),
             sent=sum(one.sent for one in each),
             failed=sum(one.failed for one in each),
             dropped=0,
@@ -79,8 +85,12 @@ class TuioUdpOutput:
         """The fseq sent last, to be kept for the next run."""
         return self._encoder.last_fseq
 
-    def _send(self, cursors: Sequence[Cursor], now_ns: int) -> None:
-        frame = self._encoder.next_frame(cursors)
+    def _name(self) -> str:
+        profile = self._encoder.profile
+        return "tuio" if profile == CURSOR_2D.name else f"tuio {profile}"
+
+    def _send(self, things: Sequence[Thing], now_ns: int) -> None:
+        frame = self._encoder.next_frame(things)
         self._sender.send(frame)
         self._live = bool(frame.session_ids)
         self._farewells = _FAREWELLS if self._live else max(0, self._farewells - 1)

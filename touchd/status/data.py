@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import TypeAdapter, ValidationError
 
 from touchd.align.alignment import AreaOrigin
+from touchd.contacts.aim import EyeOffsets
 from touchd.errors import StateError
 from touchd.metrics import MetricsSnapshot
 from touchd.model import State
@@ -65,12 +66,16 @@ class SurfaceFacts:
 
 @dataclass(frozen=True, slots=True)
 class AreaFacts:
-    """The active area in force. ``notes`` are sentences about it that a user should read."""
+    """The active area in force. ``notes`` are sentences about it that a user should read.
+
+    ``eye_mm``: how far ahead of their touch people aim, if touches are told so.
+    """
 
     origin: AreaOrigin
     size_mm: tuple[float, float] | None
     residual_mm: float | None  # of the alignment, if that is in force
     notes: tuple[str, ...] = ()
+    eye_mm: EyeOffsets | None = None
 
 
 @dataclass(frozen=True, slots=True)

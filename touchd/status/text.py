@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from touchd.align.alignment import AreaOrigin
+from touchd.contacts.aim import EyeOffsets
 from touchd.model import State
 from touchd.sources.source import PACKET_LOSS_REMEDY, PACKET_LOSS_WORTH_TELLING
 from touchd.status.data import AreaFacts, OutputFacts, SourceFacts, Status, SurfaceFacts
@@ -186,7 +187,15 @@ def _area_lines(area: AreaFacts | None) -> list[str]:
         return ["known once there is a surface"]
     size = "" if area.size_mm is None else f", {area.size_mm[0]:.0f} x {area.size_mm[1]:.0f} mm"
     residual = "" if area.residual_mm is None else f", residual {area.residual_mm:.1f} mm"
-    return [f"{_ORIGINS[area.origin]}{size}{residual}", *(f"! {_one_line(note)}" for note in area.notes)]
+    eye = [] if area.eye_mm is None else [_eye_line(area.eye_mm)]
+    return [f"{_ORIGINS[area.origin]}{size}{residual}", *eye, *(f"! {_one_line(note)}" for note in area.notes)]
+
+
+def _eye_line(eye: EyeOffsets) -> str:
+    return (
+        f"told ahead along the finger: {eye.bottom:.1f} mm from the bottom, {eye.top:.1f} from the top, "
+        f"{eye.left:.1f} from the left, {eye.right:.1f} from the right"
+    )
 
 
 def _output_lines(output: OutputFacts) -> list[str]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from touchd.model import Contact, Cursor
 from touchd.tracking.assignment import assign
 from touchd.tracking.filters import OneEuro
+from touchd.tracking.handover import Air, Ground, Path
 from touchd.tracking.settings import TrackingSettings
 
 _FRAME_S = 1.0 / 30.0
@@ -16,6 +17,7 @@ _WIDEST_GATE = 3.0  # times gate_mm, after frames were missing
 _COASTS_ABOVE_MM_S = 200.0
 # Of gate_mm: how near to a touch's expected place a lifted finger must be seen to be its own.
 _LIFTED_SHARE = 0.3
+_NOTHING = Air()
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,11 @@ class Track:
             self.contact.y_mm + self.filtered.vy_mm_s * dt_s,
         )
 
+    def expected_seen_mm(self, t_ns: int) -> tuple[float, float]:
+        """Return the same without its aim: where its fingertip should be seen."""
+        x_mm, y_mm = self.expected_mm(t_ns)
+        return x_mm - self.contact.aim_mm[0], y_mm - self.contact.aim_mm[1]
+
 
 class Tracker:
     """Follows contacts. Session ids count up, from 1 unless another tracker went before, and are never used again."""
@@ -44,15 +51,21 @@ class Tracker:
         self._settings = settings
         self._area_mm = area_mm
         self._tracks: list[Track] = []
+        self._ended: list[Track] = []
         self._next_id = first_session_id
         self._now_ns = 0
 
     def step(
-        self, contacts: Sequence[Contact], t_ns: int, lifted_mm: Sequence[tuple[float, float]] = ()
+        self,
+        contacts: Sequence[Contact],
+        t_ns: int,
+        lifted_mm: Sequence[tuple[float, float]] = (),
+        air: Air = _NOTHING,
     ) -> tuple[Cursor, ...]:
         """Take in one frame's contacts (in any order) and return the touches that are alive after it.
 
-        ``lifted_mm``: places (x, y) where a finger was seen off the surface; a touch there ends at once.
+        ``lifted_mm``: places (x, y) where a finger was seen off the surface; a touch there ends at once. ``air``: what
+        hovered, as a touch goes on with the way of the hover that it was.
         """
         ordered = sorted(contacts, key=_place)
         pairs = self._match(ordered, t_ns)
@@ -65,19 +78,25 @@ class Tracker:
         kept = [followed.get(row) or coasting.get(row) for row in range(len(self._tracks))]
         taken = {column for _, column in pairs}
         fresh = [c for column, c in enumerate(ordered) if column not in taken and self._may_begin(c)]
+        self._ended = [track for track, now in zip(self._tracks, kept, strict=True) if now is None]
         self._tracks = [track for track in kept if track is not None and self._in_reach(track)]
-        self._tracks += [self._begin(contact, t_ns) for contact in fresh]
+        fallen = air.falls(fresh, t_ns)
+        self._tracks += [self._begin(contact, path, t_ns) for contact, path in zip(fresh, fallen, strict=True)]
         self._now_ns = t_ns
         return tuple(track.cursor for track in self._tracks)
 
     def expected_mm(self, t_ns: int) -> list[tuple[float, float]]:
-        """Return where in the area the live touches should be by a time, in the order of their session ids."""
-        return [track.expected_mm(t_ns) for track in self._tracks]
+        """Return where in the area the live touches should be seen by a time, in the order of their session ids."""
+        return [track.expected_seen_mm(t_ns) for track in self._tracks]
 
     @property
-    def places_mm(self) -> list[tuple[float, float]]:
-        """Where in the area the live touches were seen last."""
-        return [(track.contact.x_mm, track.contact.y_mm) for track in self._tracks]
+    def ground(self) -> Ground:
+        """Where in the area the live touches were seen last, which hovers they were, and what ended in this frame."""
+        return Ground(
+            [(track.contact.x_mm, track.contact.y_mm) for track in self._tracks],
+            frozenset(track.cursor.hover_id for track in self._tracks),
+            [_path(track) for track in self._ended],
+        )
 
     @property
     def next_session_id(self) -> int:
@@ -87,6 +106,7 @@ class Tracker:
     def end_all(self) -> None:
         """End every touch; later ones get new ids."""
         self._tracks = []
+        self._ended = []
 
     def adopt(self, settings: TrackingSettings, area_mm: tuple[float, float]) -> None:
         """Go on under other settings, or on an area of another size, without ending a touch."""
@@ -126,7 +146,7 @@ class Tracker:
     def _is_lifted(self, track: Track, t_ns: int, lifted_mm: Sequence[tuple[float, float]]) -> bool:
         """Return whether the finger of a touch without a contact is seen above the surface."""
         near_mm = _LIFTED_SHARE * self._settings.gate_mm
-        expected_mm = track.expected_mm(t_ns)
+        expected_mm = track.expected_seen_mm(t_ns)
         return any(math.dist(expected_mm, place_mm) < near_mm for place_mm in lifted_mm)
 
     def _moved(self, last: Cursor, x_mm: float, y_mm: float, seen: Contact, t_ns: int) -> Cursor:
@@ -142,7 +162,18 @@ class Tracker:
         if math.hypot(vx * width, vy * height) < self._settings.rest_mm_s:
             vx = vy = 0.0
         accel = (math.hypot(vx, vy) - math.hypot(last.vx, last.vy)) / dt_s
-        return Cursor(last.session_id, x, y, vx, vy, accel, seen.height_mm, seen.area_mm2, seen.angle)
+        return replace(
+            last,
+            x=x,
+            y=y,
+            vx=vx,
+            vy=vy,
+            accel=accel,
+            height_mm=seen.height_mm,
+            area_mm2=seen.area_mm2,
+            angle=seen.angle,
+            towards=seen.towards,
+        )
 
     def _may_begin(self, contact: Contact) -> bool:
         return contact.firm and 0.0 <= contact.x <= 1.0 and 0.0 <= contact.y <= 1.0
@@ -153,11 +184,41 @@ class Tracker:
         x_mm, y_mm = track.contact.x_mm, track.contact.y_mm
         return -stray <= x_mm <= width + stray and -stray <= y_mm <= height + stray
 
-    def _begin(self, contact: Contact, t_ns: int) -> Track:
-        x, y = _clamp(contact.x), _clamp(contact.y)
-        cursor = Cursor(self._next_id, x, y, 0.0, 0.0, 0.0, contact.height_mm, contact.area_mm2, contact.angle)
+    def _begin(self, contact: Contact, path: Path | None, t_ns: int) -> Track:
+        """Return a new touch, which goes on from where it hovered if it did."""
+        filtered = OneEuro(contact.x_mm, contact.y_mm) if path is None else self._landed(contact, path, t_ns)
+        width, height = self._area_mm
+        moves = math.hypot(filtered.vx_mm_s, filtered.vy_mm_s) >= self._settings.rest_mm_s
+        cursor = Cursor(
+            self._next_id,
+            _clamp(filtered.x_mm / width),
+            _clamp(filtered.y_mm / height),
+            vx=filtered.vx_mm_s / width if moves else 0.0,
+            vy=filtered.vy_mm_s / height if moves else 0.0,
+            accel=0.0,
+            height_mm=contact.height_mm,
+            area_mm2=contact.area_mm2,
+            angle=contact.angle,
+            hover_id=None if path is None else path.number,
+            towards=contact.towards,
+        )
         self._next_id += 1
-        return Track(cursor, contact, OneEuro(contact.x_mm, contact.y_mm), t_ns)
+        return Track(cursor, contact, filtered, t_ns)
+
+    def _landed(self, contact: Contact, path: Path, t_ns: int) -> OneEuro:
+        """Return the filter of a touch that was a hover.
+
+        The step from the place that was fitted in the air to that at rest is no motion: the speed is that of the air.
+        """
+        settings = self._settings
+        dt_s = max((t_ns - path.seen_ns) / 1e9, 1e-3)
+        place = path.filtered.moved(contact.x_mm, contact.y_mm, dt_s, settings.min_cutoff_hz, settings.beta_hz_s_mm)
+        return OneEuro(place.x_mm, place.y_mm, *path.landing_mm_s(t_ns))
+
+
+def _path(track: Track) -> Path:
+    cursor = track.cursor
+    return Path(cursor.session_id, cursor.x, cursor.y, track.contact, track.filtered, track.seen_ns)
 
 
 def _place(contact: Contact) -> tuple[float, ...]:
