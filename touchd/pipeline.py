@@ -13,8 +13,12 @@ from touchd.contacts.method import ContactMethod, Place
 from touchd.contacts.methods import method_maker
 from touchd.contacts.settings import BlobSettings
 from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
+from touchd.hands.lookout import Lookout
+from touchd.hands.settings import ObjectSettings
+from touchd.hands.stage import FIRST_IDS, HandStage
 from touchd.model import AreaCorners, Frame, Mask, Sensor, Shell, State, Surface, TouchFrame
 from touchd.surface.calibrate import Calibration
+from touchd.surface.coarse import CoarseHeights
 from touchd.surface.patient import PatientCalibration, everywhere
 from touchd.surface.quality import SurfaceReport, report
 from touchd.surface.region import flat_area
@@ -46,6 +50,7 @@ class PipelineSettings:
     shell: ShellSettings = field(default_factory=ShellSettings)
     blobs: BlobSettings = field(default_factory=BlobSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
+    objects: ObjectSettings = field(default_factory=ObjectSettings)
     area: AreaCorners | None = None
     missing_area: MissingArea = MissingArea.WHOLE_PICTURE
 
@@ -61,13 +66,15 @@ class Ready:
     area: AreaMap
     place: Place
     method: ContactMethod
+    coarse: CoarseHeights
+    lookout: Lookout
     report: SurfaceReport
     notes: tuple[str, ...]
 
     def serves(self, settings: PipelineSettings) -> bool:
-        """Return whether it holds under other settings as well: those of calibration and tracking do not matter."""
+        """Return whether it holds under other settings as well: those of its own stages alone matter."""
         own = self.settings
-        return replace(settings, calibration=own.calibration, tracking=own.tracking) == own
+        return replace(settings, calibration=own.calibration, tracking=own.tracking, objects=own.objects) == own
 
     def lines(self) -> list[str]:
         """Return what a user should know about the surface and the area."""
@@ -90,6 +97,7 @@ class Pipeline:
         self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
         self._hovers = HoverTracker(settings.tracking)
+        self._hands: HandStage | None = None
         self._last_index = 0
 
     @property
@@ -132,12 +140,23 @@ class Pipeline:
         self._last_index = frame.index
         if self._calibration is not None:
             return self._calibrate_on(self._calibration, frame)
-        if self._ready is None:
+        if self._ready is None or self._hands is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
+        hands = self._hands
+        hands.see(self._ready.coarse.over(frame.raw), frame.t_ns)
         seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
-        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
-        hovers = self._hovers.step(seen.hovers, self._tracker.places_mm, frame.t_ns)
-        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers)
+        cursors = self._tracker.step(hands.admitted(seen.contacts), frame.t_ns, seen.lifted_mm)
+        hovers = self._hovers.step(hands.admitted(seen.hovers), self._tracker.places_mm, frame.t_ns)
+        return TouchFrame(
+            index=frame.index,
+            t_ns=frame.t_ns,
+            state=State.TRACKING,
+            cursors=hands.own_cursors(cursors),
+            why=self._why,
+            hovers=hands.own_hovers(hovers),
+            hands=hands.hands,
+            objects=hands.objects,
+        )
 
     def stall(self, t_ns: int) -> TouchFrame:
         """End every touch because no frame came for a while."""
@@ -167,6 +186,13 @@ class Pipeline:
     def adopt(self, settings: PipelineSettings, ready: Ready | None) -> None:
         """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
         self._settings = settings
+        if ready is not None and (
+            self._hands is None or self._ready is None or ready.lookout is not self._ready.lookout
+        ):
+            first = FIRST_IDS if self._hands is None else self._hands.next_ids
+            self._hands = HandStage(ready.lookout, settings.objects, first)
+        elif self._hands is not None:
+            self._hands.adopt(settings.objects)
         self._ready = ready
         self._tracker.adopt(settings.tracking, ready.area.size_mm if ready else (1.0, 1.0))
         self._hovers.adopt(settings.tracking)
@@ -174,6 +200,8 @@ class Pipeline:
     def _end_all(self) -> None:
         self._tracker.end_all()
         self._hovers.end_all()
+        if self._hands is not None:
+            self._hands.end_all()
 
     def _calibrate_on(self, calibration: Calibration | PatientCalibration, frame: Frame) -> TouchFrame:
         calibration.take(frame)
@@ -213,6 +241,8 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
         area=area,
         place=place,
         method=method_maker(settings.method)(place),
+        coarse=CoarseHeights(surface, surface_map),
+        lookout=Lookout(surface, surface_map, area),
         report=report(surface, surface_map, shell, inside),
         notes=notes,
     )

@@ -1,0 +1,78 @@
+"""What the hands' stage knows of the surface: its border in the coarse picture, sizes, and ways to area coordinates."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from touchd.geometry import AreaMap, SurfaceMap, distort_pixel
+from touchd.model import COARSE_PX, Mask, Surface
+
+_HALF = COARSE_PX // 2
+_KNOWN_SHARE = 0.2  # of a row or column of the picture that looks at the surface
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """A rectangle of coarse pixels: columns left..right - 1 and rows top..bottom - 1."""
+
+    left: int
+    top: int
+    right: int
+    bottom: int
+
+    @property
+    def index(self) -> tuple[slice, slice]:
+        """The window as an index of a picture."""
+        return slice(self.top, self.bottom), slice(self.left, self.right)
+
+
+class Lookout:
+    """Tables made once per surface. Places are in px of the coarse picture, (column, row), unless named otherwise."""
+
+    def __init__(self, surface: Surface, surface_map: SurfaceMap, area: AreaMap) -> None:
+        self._surface_map = surface_map
+        self._area = area
+        self._to_ideal: list[list[float]] = np.linalg.inv(np.array(area.to_area)).tolist()
+        sampled = (slice(_HALF, None, COARSE_PX), slice(_HALF, None, COARSE_PX))
+        valid = surface.valid[sampled]
+        depth = surface_map.depth[sampled][valid]
+        depth_mm = float(np.median(depth)) if depth.size else 1000.0
+        self.shape = valid.shape
+        self.pixel_mm = COARSE_PX * depth_mm / area.intrinsics.fx
+        self.step_mm = _step_mm(surface, depth_mm)
+        self.window = _known(valid)
+
+    def px(self, mm: float) -> float:
+        """Return a length on the surface in coarse px."""
+        return mm / self.pixel_mm
+
+    def under(self, place: tuple[float, float], height_mm: float) -> tuple[float, float]:
+        """Return the area coordinates of the surface under what is seen at a place, so high above it."""
+        u, v = (COARSE_PX * at + _HALF for at in place)
+        level = self._surface_map.foot(u, v, 0.0)
+        foot = self._surface_map.foot(u, v, height_mm / max(level.facing, 0.1))
+        return self._area.of_point(foot.x_mm, foot.y_mm, foot.z_mm)
+
+    def area_of(self, place: tuple[float, float]) -> tuple[float, float]:
+        """Return the area coordinates of the surface at a place."""
+        return self.under(place, 0.0)
+
+    def place_of(self, x: float, y: float) -> tuple[float, float]:
+        """Return where the surface at area coordinates is seen."""
+        u, v, scale = (a * x + b * y + c for a, b, c in self._to_ideal)
+        u, v = distort_pixel(self._area.intrinsics, u / scale, v / scale)
+        return (u - _HALF) / COARSE_PX, (v - _HALF) / COARSE_PX
+
+
+def _step_mm(surface: Surface, depth_mm: float) -> float:
+    sensor = surface.sensor
+    raw = int(np.nanargmin(np.abs(sensor.to_mm - np.float32(depth_mm))))
+    return float(sensor.step_mm[raw])
+
+
+def _known(valid: Mask) -> Window:
+    """Return the rectangle of what looks at the surface; a camera may be blind along a side of its picture."""
+    rows, columns = (np.flatnonzero(valid.mean(axis=axis) > _KNOWN_SHARE) for axis in (1, 0))
+    if not rows.size or not columns.size:
+        return Window(0, 0, valid.shape[1], valid.shape[0])
+    return Window(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)

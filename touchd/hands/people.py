@@ -1,0 +1,108 @@
+"""Which arms are of one person, and which of them is the left one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import dist
+
+from touchd.hands.arms import Arm
+from touchd.hands.lookout import Lookout
+from touchd.hands.standing import Place
+
+_SHOULDERS_MM = 750.0  # two arms of a person come in at most so far apart on one side of the table,
+_CORNER_MM = 250.0  # and so far apart around a corner
+_LASTING_NS = 1_500_000_000  # a person without an arm in the picture is remembered for so long
+_APART_MM = 110.0  # arms that come in nearer to each other may have crossed
+_MOST_ARMS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Person:
+    """Somebody at the table: the hands in the picture, where the last of them came in, and when."""
+
+    number: int
+    hands: tuple[int, ...]
+    door: Place
+    seen_ns: int
+
+
+class People:
+    """Knows who is at one table. Numbers count up and are not used again."""
+
+    def __init__(self, lookout: Lookout, first_number: int) -> None:
+        self._lookout = lookout
+        self._people: list[Person] = []
+        self._sides: dict[int, str] = {}
+        self.next_number = first_number
+
+    def step(self, arms: Sequence[Arm], t_ns: int) -> None:
+        """Take in the arms of a picture."""
+        doors = {arm.hand_id: arm.limb.door for arm in arms}
+        present = [self._present(person, doors, t_ns) for person in self._people]
+        self._people = [person for person in present if person.hands or t_ns - person.seen_ns <= _LASTING_NS]
+        known = {hand for person in self._people for hand in person.hands}
+        for hand, door in doors.items():
+            if hand not in known:
+                self._join(hand, door, doors, t_ns)
+        self._tell_sides(doors)
+
+    def person_of(self, hand: int) -> int:
+        """Return whose a hand is."""
+        return next(person.number for person in self._people if hand in person.hands)
+
+    def side_of(self, hand: int) -> str | None:
+        """Return "left" or "right", None where it was never seen."""
+        return self._sides.get(hand)
+
+    def _present(self, person: Person, doors: dict[int, Place], t_ns: int) -> Person:
+        hands = tuple(hand for hand in person.hands if hand in doors)
+        if not hands:
+            return replace(person, hands=())
+        return replace(person, hands=hands, door=doors[hands[0]], seen_ns=t_ns)
+
+    def _join(self, hand: int, door: Place, doors: dict[int, Place], t_ns: int) -> None:
+        """Give a new hand to the nearest person who has one to spare, or to a new person."""
+        near = []
+        for place, person in enumerate(self._people):
+            if len(person.hands) < _MOST_ARMS:
+                seen = [doors[own] for own in person.hands] or [person.door]
+                distance = min(
+                    self._lookout.pixel_mm * dist(door, other) / self._limit_mm(door, other) for other in seen
+                )
+                near.append((distance, place))
+        share, place = min(near, default=(2.0, 0))
+        if share <= 1.0:
+            person = self._people[place]
+            self._people[place] = replace(person, hands=(*person.hands, hand), seen_ns=t_ns)
+        else:
+            self._people.append(Person(self.next_number, (hand,), door, t_ns))
+            self.next_number += 1
+
+    def _limit_mm(self, a: Place, b: Place) -> float:
+        return _SHOULDERS_MM if self._inwards(a) == self._inwards(b) else _CORNER_MM
+
+    def _inwards(self, door: Place) -> tuple[int, int]:
+        """Return the direction, right and down, in which an arm comes in at a door."""
+        window = self._lookout.window
+        u, v = door
+        gaps = (
+            (u - window.left, (1, 0)),
+            (window.right - 1 - u, (-1, 0)),
+            (v - window.top, (0, 1)),
+            (window.bottom - 1 - v, (0, -1)),
+        )
+        return min(gaps)[1]
+
+    def _tell_sides(self, doors: dict[int, Place]) -> None:
+        """Tell the left from the right arm of those people who have both in the picture, once and for all."""
+        self._sides = {hand: side for hand, side in self._sides.items() if hand in doors}
+        for person in self._people:
+            if len(person.hands) < _MOST_ARMS or all(hand in self._sides for hand in person.hands):
+                continue
+            (a, at_a), (b, at_b) = ((hand, doors[hand]) for hand in person.hands)
+            inwards = self._inwards(at_a)
+            if inwards != self._inwards(at_b):
+                continue
+            # Who looks up the picture has the right arm on its right; a quarter turn from inwards.
+            along = (at_b[0] - at_a[0]) * -inwards[1] + (at_b[1] - at_a[1]) * inwards[0]
+            if abs(along) > self._lookout.px(_APART_MM):
+                self._sides |= {a: "left", b: "right"} if along > 0 else {a: "right", b: "left"}

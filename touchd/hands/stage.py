@@ -1,0 +1,133 @@
+"""The stage of the hands: who and what is over one surface, and whose every fingertip is."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+
+from touchd.hands.arms import Arm, ArmTracker
+from touchd.hands.islands import IslandWatch
+from touchd.hands.lookout import Lookout
+from touchd.hands.people import People
+from touchd.hands.settings import ObjectSettings
+from touchd.hands.standing import Horizon, Standing
+from touchd.hands.things import ThingTracker
+from touchd.hands.whose import Owners, hand_at, label_at
+from touchd.model import COARSE_PX, CoarsePicture, Contact, Cursor, Hand, Hover, Mask, TableObject
+
+_AROUND_MM = 13.0  # what stands so near to a touch point is its finger
+
+
+@dataclass(frozen=True, slots=True)
+class FirstIds:
+    """The ids that the next hand, person and thing get."""
+
+    hand: int
+    person: int
+    thing: int
+
+
+FIRST_IDS = FirstIds(1, 1, 1)
+
+
+class HandStage:
+    """Knows hands, people and things over one surface. Pictures are given in the order of their times."""
+
+    def __init__(self, lookout: Lookout, settings: ObjectSettings, first: FirstIds = FIRST_IDS) -> None:
+        self._lookout = lookout
+        self._horizon = Horizon(lookout)
+        self._arms = ArmTracker(lookout, first.hand)
+        self._people = People(lookout, first.person)
+        self._islands = IslandWatch(lookout)
+        self._things = ThingTracker(lookout, self._horizon.level_mm, settings, first.thing)
+        self._cursors, self._hovers = Owners(), Owners()
+        self._around_px = self._lookout.px(_AROUND_MM)
+        self._standing: Standing | None = None
+
+    @property
+    def next_ids(self) -> FirstIds:
+        """Where a stage for another surface is to go on counting."""
+        return FirstIds(self._arms.next_id, self._people.next_number, self._things.next_id)
+
+    def end_all(self) -> None:
+        """Forget all hands, because no pictures came for a while; things still lie where they did."""
+        self._arms = ArmTracker(self._lookout, self._arms.next_id)
+        self._standing = None
+
+    def adopt(self, settings: ObjectSettings) -> None:
+        """Go on under other settings."""
+        self._things.adopt(settings)
+
+    def see(self, picture: CoarsePicture, t_ns: int) -> None:
+        """Take in one picture; what the other methods say is about it."""
+        standing = self._horizon.find(picture, self._things.levels_mm)
+        free = self._arms.step(standing, t_ns)
+        islands = self._islands.step(free, standing, t_ns)
+        self._things.step(islands.still, picture, standing, t_ns)
+        if standing is not None:
+            for part in islands.walking:
+                self._arms.adopt(part, standing, t_ns)
+        self._people.step(self._arms.arms, t_ns)
+        self._standing = standing
+
+    def admitted(self, contacts: Sequence[Contact]) -> list[Contact]:
+        """Return the contacts that may be a hand's: none on things, and those on what is no hand begin no touch."""
+        judged = (self._judged(contact) for contact in contacts)
+        return [contact for contact in judged if contact is not None]
+
+    def due(self, t_ns: int) -> Mask | None:
+        """Return where (H, W) the surface is to take in what has been lying there for long enough; None for nowhere.
+
+        It is said once. The surface does so by what it reads there becoming its own.
+        """
+        mask = self._things.due(t_ns)
+        if mask is None:
+            return None
+        size = mask.shape[1] * COARSE_PX, mask.shape[0] * COARSE_PX
+        large: Mask = np.asarray(cv2.resize(mask.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)) > 0
+        return large
+
+    def own_cursors(self, cursors: Sequence[Cursor]) -> tuple[Cursor, ...]:
+        """Return the cursors, each with its hand."""
+        hands = self._cursors.settle({c.session_id: self._hand_at(c.x, c.y) for c in cursors}, self._living)
+        return tuple(replace(cursor, hand=hands[cursor.session_id]) for cursor in cursors)
+
+    def own_hovers(self, hovers: Sequence[Hover]) -> tuple[Hover, ...]:
+        """Return the fingertips in the air, each with its hand."""
+        hands = self._hovers.settle({h.hover_id: self._hand_at(h.x, h.y) for h in hovers}, self._living)
+        return tuple(replace(hover, hand=hands[hover.hover_id]) for hover in hovers)
+
+    @property
+    def hands(self) -> tuple[Hand, ...]:
+        """The hands over the surface, in the order of their ids."""
+        return tuple(self._hand(arm) for arm in self._arms.arms)
+
+    @property
+    def objects(self) -> tuple[TableObject, ...]:
+        """The things that lie on the surface, in the order of their ids."""
+        return tuple(TableObject(thing.object_id, thing.outline, thing.height_mm) for thing in self._things.things)
+
+    @property
+    def _living(self) -> set[int]:
+        return {arm.hand_id for arm in self._arms.arms}
+
+    def _hand(self, arm: Arm) -> Hand:
+        limb, hand_id = arm.limb, arm.hand_id
+        x, y = self._lookout.under(limb.middle, limb.height_mm)
+        return Hand(hand_id, x, y, limb.height_mm, self._people.side_of(hand_id), self._people.person_of(hand_id))
+
+    def _hand_at(self, x: float, y: float) -> int | None:
+        return hand_at(self._lookout.place_of(x, y), self._standing, self._arms.arms, self._around_px)
+
+    def _judged(self, contact: Contact) -> Contact | None:
+        """Return a contact as far as it may be a fingertip's."""
+        place = self._lookout.place_of(contact.x, contact.y)
+        on_thing = self._things.holds(place)
+        label = label_at(place, self._standing, 0.0 if on_thing else self._around_px)
+        owners = [arm for arm in self._arms.arms if label in arm.labels]
+        if any(arm.way.led for arm in owners):
+            return contact
+        if on_thing and not owners:
+            return None
+        return replace(contact, firm=False) if label else contact

@@ -1,0 +1,140 @@
+"""What stands above the surface in one coarse picture: connected parts, and where they come in over the border."""
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from touchd.hands.lookout import Lookout, Window
+from touchd.model import CoarsePicture, Floats, Mask
+
+Labels: TypeAlias = NDArray[np.uint16]
+Indices: TypeAlias = NDArray[np.intp]
+Place: TypeAlias = tuple[float, float]  # column and row in the coarse picture
+
+_LEVEL_MM, _LEVEL_STEPS = 5.0, 0.15  # the picture is averaged over 3 x 3 before
+_LEAST_MM2, _LEAST_PX = 250.0, 4
+_BORDER_PX = 2  # what is so near to the border comes in over it
+_RUN_GAP_PX = 4  # longer gaps on the border lie between two that come in
+_SPECK, _REACH = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)  # smaller, pixels without readings are noise
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """What is connected. ``doors`` are where it comes in over the border, none for an island."""
+
+    label: int
+    window: Window
+    pixels: int
+    centre: Place
+    doors: tuple[Place, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """All that stands above the surface. ``labels`` (rows, columns) tell which part a pixel belongs to, 0 for none.
+
+    Labels that ``parts`` does not have are of what is too small to count. ``heights_mm`` are the picture's, averaged
+    over 3 x 3; ``readings`` are its own.
+    """
+
+    labels: Labels
+    count: int  # all labels are below
+    parts: dict[int, Part]
+    heights_mm: Floats
+    readings: Mask
+    all_places: NDArray[np.int32]  # (N, 2): column and row of every pixel that stands above
+    border: "Border"
+
+    def places(self, label: int) -> tuple[Floats, Floats]:
+        """Return the columns and the rows (N,) of a part's pixels."""
+        window = self.parts[label].window
+        rows, columns = np.nonzero(self.labels[window.index] == label)
+        return (columns + window.left).astype(np.float32), (rows + window.top).astype(np.float32)
+
+    def dark_doors(self, label: int) -> tuple[Place, ...]:
+        """Return where what leads to a part but gives no readings, such as a dark sleeve, comes in over the border."""
+        dark = cv2.dilate(cv2.erode(np.logical_not(self.readings).view(np.uint8), _SPECK), _REACH)
+        _, labels = cv2.connectedComponents(dark, None, 8, cv2.CV_16U)
+        columns, rows = self.places(label)
+        near = np.bincount(labels[rows.astype(np.intp), columns.astype(np.intp)])
+        near[0] = 0
+        return tuple(self.border.doors(np.asarray(labels, np.uint16)).get(int(near.argmax()), ()))
+
+
+class Horizon:
+    """Finds what stands above one surface."""
+
+    def __init__(self, lookout: Lookout) -> None:
+        self.level_mm = _LEVEL_MM + _LEVEL_STEPS * lookout.step_mm
+        self._least_px = max(_LEAST_PX, round(_LEAST_MM2 / lookout.pixel_mm**2))
+        self._smooth = np.empty(lookout.shape, np.float32)
+        self._border = Border(lookout.window, lookout.shape[1])
+
+    def find(self, picture: CoarsePicture, levels_mm: Floats) -> Standing | None:
+        """Return what stands higher than levels (rows, columns), None where nothing does."""
+        smooth = cv2.blur(picture.heights_mm, (3, 3), dst=self._smooth)
+        above = cv2.compare(smooth, levels_mm, cv2.CMP_GT)
+        if cv2.countNonZero(above) < self._least_px:
+            return None
+        count, found, stats, centres = cv2.connectedComponentsWithStats(above, None, None, None, 8, cv2.CV_16U)
+        labels = np.asarray(found, np.uint16)
+        big = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= self._least_px) + 1
+        if not big.size:
+            return None
+        doors = self._border.doors(labels)
+        parts = {
+            label: Part(
+                label, Window(left, top, left + width, top + height), pixels, (u, v), tuple(doors.get(label, ()))
+            )
+            for label, (left, top, width, height, pixels), (u, v) in zip(
+                big.tolist(), stats[big].tolist(), centres[big].tolist(), strict=True
+            )
+        }
+        return Standing(
+            labels,
+            count,
+            parts,
+            self._smooth,
+            picture.readings,
+            np.reshape(cv2.findNonZero(above), (-1, 2)),
+            self._border,
+        )
+
+
+class Border:
+    """The border of what looks at the surface, followed clockwise."""
+
+    def __init__(self, window: Window, width: int) -> None:
+        """``width``: the whole picture's."""
+        columns, rows = np.arange(window.left, window.right), np.arange(window.top, window.bottom)
+        right, bottom = window.right - 1, window.bottom - 1
+        u = np.concatenate([columns, np.full(len(rows), right), columns[::-1], np.full(len(rows), window.left)])
+        v = np.concatenate([np.full(len(columns), window.top), rows, np.full(len(columns), bottom), rows[::-1]])
+        depths = np.arange(_BORDER_PX + 1)[:, None]
+        inner_u = np.clip(u, window.left + depths, right - depths)
+        inner_v = np.clip(v, window.top + depths, bottom - depths)
+        self._pixels = np.asarray(inner_v * width + inner_u, np.intp)  # (depths, N) of the flat picture
+        self._places = [(float(a), float(b)) for a, b in zip(u, v, strict=True)]
+
+    def doors(self, labels: Labels) -> dict[int, list[Place]]:
+        """Return by label the middles of the runs along the border."""
+        around = labels.take(self._pixels).max(axis=0)
+        at = np.flatnonzero(around)
+        if not at.size:
+            return {}
+        runs: list[list[int]] = []  # label, first and last place on the border
+        for place, label in zip(at.tolist(), around[at].tolist(), strict=True):
+            if runs and runs[-1][0] == label and place - runs[-1][2] <= _RUN_GAP_PX:
+                runs[-1][2] = place
+            else:
+                runs.append([label, place, place])
+        length = len(around)
+        if len(runs) > 1 and runs[0][0] == runs[-1][0] and runs[0][1] + length - runs[-1][2] <= _RUN_GAP_PX:
+            runs[0][1] = runs.pop()[1] - length
+        doors: dict[int, list[Place]] = {}
+        for label, first, last in runs:
+            doors.setdefault(label, []).append(self._places[(first + last) // 2 % length])
+        return doors

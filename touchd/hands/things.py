@@ -1,0 +1,191 @@
+"""Things that are put down on the surface: remembered while they lie there, and handed to the surface in the end."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import dist
+
+import cv2
+import numpy as np
+
+from touchd.hands.lookout import Lookout
+from touchd.hands.settings import ObjectSettings
+from touchd.hands.standing import Part, Standing
+from touchd.hands.thing import Look, Shape, Thing, grown, look_at, mask_of, moved, outline_of, shape_of
+from touchd.model import CoarsePicture, Floats, Mask
+
+_OVER_MM, _OVER_STEPS = 4.0, 0.5  # by so much a hand is higher than the thing under it
+_LEAST_SEEN = 0.3  # of a thing; of less nothing can be said
+_PARTLY_LEFT, _WHOLLY_LEFT = 0.15, 0.7  # of it
+_ODD_NS = 150_000_000  # it looks odd for so long before it is believed
+_PUSH_MM = 35.0  # at most in a frame
+_AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
+_TAKEN_SHARE = 0.5  # of its height, at most, is left where the surface took a thing in
+_ASKED_NS = 1_000_000_000  # the surface takes it in within this time, or is asked again later
+_ZONE_MM = 15.0  # around a thing, in which its own edge could be taken for a fingertip
+_SIDE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
+
+
+class ThingTracker:
+    """Follows things on one surface. Ids count up and are not used again.
+
+    ``levels_mm`` (rows, columns): what stands higher in the next picture is not the surface, nor a thing known so far.
+    """
+
+    def __init__(self, lookout: Lookout, level_mm: float, settings: ObjectSettings, first_id: int) -> None:
+        """``level_mm``: what is higher stands above the surface."""
+        self._lookout = lookout
+        self._settings = settings
+        self._level_mm = level_mm
+        self._lost: list[tuple[int, Thing]] = []  # when, and what
+        self._zone: Mask = np.zeros(lookout.shape, np.bool_)
+        self.next_id = first_id
+        self.things: tuple[Thing, ...] = ()
+        self.levels_mm: Floats = np.full(lookout.shape, level_mm, np.float32)
+
+    def step(self, still: Sequence[Part], picture: CoarsePicture, standing: Standing | None, t_ns: int) -> None:
+        """Take in one picture, with the islands of it that have come to lie still."""
+        before = self.things
+        if not before and not still:
+            return
+        seen = [self._seen(thing, look_at(thing, picture, standing), picture, t_ns) for thing in before]
+        self.things = tuple(thing for thing in seen if thing is not None)
+        self._lost = [(when, thing) for when, thing in self._lost if t_ns - when < _AGAIN_NS]
+        self._lost += [(t_ns, thing) for thing, now in zip(before, seen, strict=True) if now is None]
+        if standing is not None:
+            for part in still:
+                self._settle(part, standing, t_ns)
+        if [(thing.object_id, thing.shape, thing.taken) for thing in before] != [
+            (thing.object_id, thing.shape, thing.taken) for thing in self.things
+        ]:
+            self._draw()
+
+    def adopt(self, settings: ObjectSettings) -> None:
+        """Go on under other settings."""
+        self._settings = settings
+
+    def holds(self, place: tuple[float, float]) -> bool:
+        """Return whether a thing that the surface has not taken in is at a place, or close by."""
+        column, row = round(place[0]), round(place[1])
+        rows, columns = self._zone.shape
+        return 0 <= row < rows and 0 <= column < columns and bool(self._zone[row, column])
+
+    def due(self, t_ns: int) -> Mask | None:
+        """Return what the surface is to take in now (rows, columns), None for nothing; it counts as asked."""
+        wait_ns = self._settings.join_after_s * 1e9
+        due = [
+            thing
+            for thing in self.things
+            if thing.asked_ns is None and thing.odd_ns is None and t_ns - thing.still_ns >= wait_ns
+        ]
+        if not due:
+            return None
+        ids = {thing.object_id for thing in due}
+        self.things = tuple(replace(t, asked_ns=t_ns) if t.object_id in ids else t for t in self.things)
+        self._draw()
+        footprint = np.concatenate([thing.shape.footprint for thing in due])
+        return grown(mask_of(footprint, self._lookout.shape), _SIDE)
+
+    def _seen(self, thing: Thing, look: Look, picture: CoarsePicture, t_ns: int) -> Thing | None:
+        """Return a thing as a picture shows it, None where it does not any more."""
+        if thing.asked_ns is not None:
+            return self._taken_in(thing, look, thing.asked_ns, t_ns)
+        still_ns = t_ns if look.touched else thing.still_ns
+        if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
+            return replace(thing, still_ns=still_ns, odd_ns=None)
+        odd_ns = t_ns if thing.odd_ns is None else thing.odd_ns
+        if look.touched:
+            pushed = self._pushed(thing, picture)
+            if pushed is not None:
+                return replace(
+                    thing, shape=pushed, outline=outline_of(pushed, self._lookout), still_ns=t_ns, odd_ns=None
+                )
+        if t_ns - odd_ns < _ODD_NS:
+            return replace(thing, still_ns=still_ns, odd_ns=odd_ns)
+        return None if look.left > _WHOLLY_LEFT else self._shrunk(thing, picture, t_ns)
+
+    def _taken_in(self, thing: Thing, look: Look, asked_ns: int, t_ns: int) -> Thing | None:
+        """Return a thing that the surface was to take in; None where it was taken away since."""
+        if look.seen < _LEAST_SEEN:
+            return thing
+        if thing.taken:
+            return None if look.mean_mm < -_TAKEN_SHARE * thing.height_mm else thing
+        if look.mean_mm < _TAKEN_SHARE * thing.height_mm:
+            return replace(thing, taken=True)
+        return thing if t_ns - asked_ns < _ASKED_NS else replace(thing, asked_ns=None, still_ns=t_ns)
+
+    def _pushed(self, thing: Thing, picture: CoarsePicture) -> Shape | None:
+        """Return the shape of a thing that was pushed, None where it was not."""
+        right, down = moved(thing.shape, picture, max(2, round(self._lookout.px(_PUSH_MM))))
+        if (right, down) == (0, 0):
+            return None
+        rows, columns = self._lookout.shape
+        v, u = np.divmod(thing.shape.footprint, columns)
+        kept = (v + down >= 0) & (v + down < rows) & (u + right >= 0) & (u + right < columns)
+        heights = np.zeros(self._lookout.shape, np.float32)
+        heights[v[kept] + down, u[kept] + right] = thing.shape.heights_mm[kept]
+        return shape_of(heights > 0.0, heights) if kept.any() else None
+
+    def _shrunk(self, thing: Thing, picture: CoarsePicture, t_ns: int) -> Thing | None:
+        """Return a thing without what of it is there no more."""
+        shape = thing.shape
+        there = picture.heights_mm.take(shape.footprint) >= np.float32(0.4) * shape.heights_mm
+        heights = np.zeros(self._lookout.shape, np.float32)
+        heights.ravel()[shape.footprint[there]] = shape.heights_mm[there]
+        left = cv2.morphologyEx(heights, cv2.MORPH_OPEN, _SIDE)
+        if not (left > 0.0).any():
+            return None
+        less = shape_of(left > 0.0, np.asarray(left, np.float32))
+        return replace(thing, shape=less, outline=outline_of(less, self._lookout), still_ns=t_ns, odd_ns=None)
+
+    def _settle(self, part: Part, standing: Standing, t_ns: int) -> None:
+        """Take an island for a thing: a new one, more of one that it touches, or one that was lost a moment ago."""
+        mask = standing.labels == part.label
+        heights = np.where(mask, standing.heights_mm, np.float32(0.0))
+        beside = set(np.flatnonzero(grown(mask, _BESIDE)).tolist())
+        rest: list[Thing] = []
+        object_id: int | None = None
+        for thing in self.things:
+            if thing.asked_ns is None and not beside.isdisjoint(thing.shape.footprint.tolist()):
+                heights.ravel()[thing.shape.footprint] = thing.shape.heights_mm
+                object_id = object_id or thing.object_id
+            else:
+                rest.append(thing)
+        shape = shape_of(heights > 0.0, heights)
+        object_id = object_id or self._again(shape)
+        if object_id is None:
+            object_id, self.next_id = self.next_id, self.next_id + 1
+        found = Thing(object_id, shape, outline_of(shape, self._lookout), shape.height_mm, t_ns)
+        self.things = tuple(sorted([*rest, found], key=lambda thing: thing.object_id))
+
+    def _again(self, shape: Shape) -> int | None:
+        """Return the id of the lost thing that was put down again."""
+        near = [
+            (dist(thing.shape.centre, shape.centre), thing.object_id)
+            for _, thing in self._lost
+            if _alike(len(thing.shape.footprint), len(shape.footprint)) and _alike(thing.height_mm, shape.height_mm)
+        ]
+        distance, object_id = min(near, default=(0.0, None))
+        if object_id is None or distance > self._lookout.px(_AGAIN_MM):
+            return None
+        self._lost = [(when, thing) for when, thing in self._lost if thing.object_id != object_id]
+        return object_id
+
+    def _draw(self) -> None:
+        """Draw the levels and the zone anew."""
+        over_mm = self._level_mm + _OVER_MM + _OVER_STEPS * self._lookout.step_mm
+        self.levels_mm = np.full(self._lookout.shape, self._level_mm, np.float32)
+        zone = np.zeros(self._lookout.shape, np.uint8)
+        for thing in self.things:
+            if thing.taken:
+                continue
+            zone.ravel()[thing.shape.footprint] = 1
+            if thing.asked_ns is None:
+                heights = np.zeros(self._lookout.shape, np.float32)
+                heights.ravel()[thing.shape.footprint] = thing.shape.heights_mm + np.float32(over_mm)
+                self.levels_mm = np.maximum(self.levels_mm, cv2.dilate(heights, _SIDE))
+        reach = 2 * round(self._lookout.px(_ZONE_MM)) + 1
+        self._zone = cv2.dilate(zone, np.ones((reach, reach), np.uint8)) > 0
+
+
+def _alike(a: float, b: float) -> bool:
+    return abs(a - b) <= _AGAIN_SHARE * max(a, b)
