@@ -142,9 +142,10 @@ class Pipeline:
             return self._calibrate_on(self._calibration, frame)
         if self._ready is None or self._hands is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
-        hands = self._hands
-        hands.see(self._ready.coarse.over(frame.raw), frame.t_ns)
-        seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
+        ready, hands = self._ready, self._hands
+        hands.see(ready.coarse.over(frame.raw), frame.t_ns)
+        raw = hands.cleared(frame.raw, ready.surface.reference)
+        seen = ready.method.find(raw, self._tracker.expected_mm(frame.t_ns))
         cursors = self._tracker.step(hands.admitted(seen.contacts), frame.t_ns, seen.lifted_mm)
         hovers = self._hovers.step(hands.admitted(seen.hovers), self._tracker.places_mm, frame.t_ns)
         return TouchFrame(

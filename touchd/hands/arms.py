@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import dist
 
+import cv2
 import numpy as np
 
 from touchd.hands.claims import NO_TRACES, Claims, Traces, WayIn
@@ -27,12 +28,14 @@ _MOST_PIXELS = 1200  # of all arms that are looked at
 
 @dataclass(frozen=True, slots=True)
 class Arm:
-    """An arm as it was last seen. ``labels``: the parts of the last picture that it is, or shares; empty if missed.
+    """An arm as it was last seen; ``key`` tells it from all others.
+
+    ``labels``: the parts of the last picture that it is, or shares; empty if it is missed.
 
     ``calm_at``: where the hand's middle has been since ``calm_ns``.
     """
 
-    hand_id: int
+    key: int
     born_ns: int
     seen_ns: int
     limb: Limb
@@ -51,15 +54,15 @@ class _OtherDoor:
 
 
 class ArmTracker:
-    """Follows arms over one surface. Hands' ids count up and are not used again."""
+    """Follows arms over one surface."""
 
-    def __init__(self, lookout: Lookout, first_id: int) -> None:
+    def __init__(self, lookout: Lookout) -> None:
         self._lookout = lookout
         self._hand_px = lookout.px(_HAND_MM)
         self._claims = Claims(lookout, self._hand_px)
         self._traces = NO_TRACES
         self._other_doors: list[_OtherDoor] = []
-        self.next_id = first_id
+        self._next_key = 1
         self.arms: tuple[Arm, ...] = ()
 
     def step(self, standing: Standing | None, t_ns: int) -> list[Part]:
@@ -87,8 +90,7 @@ class ArmTracker:
         """Return for each arm the labels of the parts that it is in."""
         overlaps = self._traces.overlaps(standing)
         return [
-            self._claims.of(arm.limb, *overlaps[arm.hand_id], standing) if arm.hand_id in overlaps else []
-            for arm in self.arms
+            self._claims.of(arm.limb, *overlaps[arm.key], standing) if arm.key in overlaps else [] for arm in self.arms
         ]
 
     def _reclaim(self, claims: Sequence[list[int]], standing: Standing) -> None:
@@ -121,20 +123,20 @@ class ArmTracker:
         ways = [self._claims.way_in(arm.limb.door, labels, standing) for arm, labels in held]
         limbs, at_hand = limbs_of(pixels, standing.heights_mm, [way.door for way in ways], self._hand_px)
         flat = (pixels.rows * np.float32(standing.labels.shape[1]) + pixels.columns).astype(np.intp)
-        self._traces = Traces(tuple(arm.hand_id for arm, _ in held), flat, pixels.whose, at_hand)
+        self._traces = Traces(tuple(arm.key for arm, _ in held), flat, pixels.whose, at_hand)
         followed = [
             self._moved(arm, labels, limb, way, t_ns)
             for (arm, labels), limb, way in zip(held, limbs, ways, strict=True)
         ]
         kept = [arm for arm in followed if arm.way.led or t_ns - arm.calm_ns < _CALM_NS]
-        ids = {arm.hand_id for arm in followed}
-        missed = _missed([arm for arm in self.arms if arm.hand_id not in ids], t_ns)
-        self.arms = tuple(sorted([*kept, *missed], key=lambda arm: arm.hand_id))
+        ids = {arm.key for arm in followed}
+        missed = _missed([arm for arm in self.arms if arm.key not in ids], t_ns)
+        self.arms = tuple(sorted([*kept, *missed], key=lambda arm: arm.key))
 
     def _moved(self, arm: Arm, labels: Sequence[int], limb: Limb, way: WayIn, t_ns: int) -> Arm:
         calm = dist(limb.middle, arm.calm_at) < self._lookout.px(_CALM_MM)
         calm_at, calm_ns = (arm.calm_at, arm.calm_ns) if calm else (limb.middle, t_ns)
-        return Arm(arm.hand_id, arm.born_ns, t_ns, limb, tuple(labels), way, calm_at, calm_ns)
+        return Arm(arm.key, arm.born_ns, t_ns, limb, tuple(labels), way, calm_at, calm_ns)
 
     def _rejoin(self, part: Part, standing: Standing) -> bool:
         """Return whether what comes in is the arm of a hand that is known already; it is added to it then."""
@@ -150,7 +152,7 @@ class ArmTracker:
         """Return whether an island is the end of a finger of an arm; it is added to it then."""
         if part.pixels * self._lookout.pixel_mm**2 > _FRAGMENT_MM2:
             return False
-        near = [(arm.limb.off(part.centre), arm.hand_id, arm) for arm in self.arms if arm.labels]
+        near = [(arm.limb.off(part.centre), arm.key, arm) for arm in self.arms if arm.labels]
         off, _, arm = min(near, default=(0.0, 0, None))
         if arm is None or off > self._lookout.px(_FRAGMENT_OFF_MM):
             return False
@@ -158,7 +160,7 @@ class ArmTracker:
         return True
 
     def _put(self, changed: Arm) -> None:
-        self.arms = tuple(changed if arm.hand_id == changed.hand_id else arm for arm in self.arms)
+        self.arms = tuple(changed if arm.key == changed.key else arm for arm in self.arms)
 
     def _begin(self, part: Part, door: Place, standing: Standing, t_ns: int) -> None:
         limb = self._limb(*standing.places(part.label), door, standing)
@@ -166,9 +168,9 @@ class ArmTracker:
 
     def _add(self, limb: Limb, part: Part, t_ns: int) -> None:
         way = WayIn(limb.door, connected=bool(part.doors), led=bool(part.doors))
-        arm = Arm(self.next_id, t_ns, t_ns, limb, (part.label,), way, limb.middle, t_ns)
+        arm = Arm(self._next_key, t_ns, t_ns, limb, (part.label,), way, limb.middle, t_ns)
         self.arms = (*self.arms, arm)
-        self.next_id += 1
+        self._next_key += 1
 
     def _limb(self, columns: Floats, rows: Floats, door: Place, standing: Standing) -> Limb:
         alone = Pixels(columns, rows, np.zeros(len(rows), np.intp))
@@ -238,7 +240,8 @@ def _divided(held: Sequence[tuple[Arm, Sequence[int]]], standing: Standing) -> t
     for number, (_, labels) in enumerate(held):
         for label in labels:
             owners.setdefault(label, []).append(number)
-    places = standing.all_places[:: 1 + len(standing.all_places) // _MOST_PIXELS]
+    places = np.reshape(cv2.findNonZero(standing.above), (-1, 2))
+    places = places[:: 1 + len(places) // _MOST_PIXELS]
     seen = standing.labels[places[:, 1], places[:, 0]]
     first = np.full(standing.count, -1, np.intp)
     for label, numbers in owners.items():

@@ -21,24 +21,24 @@ _AT_BORDER_MM = 40.0  # a hand so near to the border needs no arm in the picture
 class Traces:
     """Where arms were in the last picture.
 
-    ``pixels`` (N,) of the flat picture; ``whose`` (N,) they were, counted through the ids ``hands``; and ``at_hand``
+    ``pixels`` (N,) of the flat picture; ``whose`` (N,) they were, counted through ``arms``' keys; and ``at_hand``
     (M,), which of them were a hand's.
     """
 
-    hands: tuple[int, ...]
+    arms: tuple[int, ...]
     pixels: Indices
     whose: Indices
     at_hand: Indices
 
     def overlaps(self, standing: Standing) -> dict[int, tuple[list[int], list[int]]]:
         """Return how many pixels of each arm, and of its hand, have which label now."""
-        shape = len(self.hands), standing.count
+        shape = len(self.arms), standing.count
         now = self.whose * standing.count + standing.labels.take(self.pixels)
         of_all, of_hand = (
             np.bincount(chosen, minlength=shape[0] * shape[1]).reshape(shape).tolist()
             for chosen in (now, now[self.at_hand])
         )
-        return dict(zip(self.hands, zip(of_all, of_hand, strict=True), strict=True))
+        return dict(zip(self.arms, zip(of_all, of_hand, strict=True), strict=True))
 
 
 NO_TRACES = Traces((), np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0, np.intp))

@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchd.geometry import AreaMap, SurfaceMap, distort_pixel
-from touchd.model import COARSE_PX, Mask, Surface
+from touchd.geometry import AreaMap, SurfaceMap, distort_pixel, raw_of_depth
+from touchd.model import COARSE_PX, Floats, Mask, Surface
 
 _HALF = COARSE_PX // 2
+_SAMPLED = (slice(_HALF, None, COARSE_PX), slice(_HALF, None, COARSE_PX))
+_LEAST_FACING = 0.2
 _KNOWN_SHARE = 0.2  # of a row or column of the picture that looks at the surface
 
 
@@ -31,11 +33,11 @@ class Lookout:
 
     def __init__(self, surface: Surface, surface_map: SurfaceMap, area: AreaMap) -> None:
         self._surface_map = surface_map
+        self._sensor = surface.sensor
         self._area = area
         self._to_ideal: list[list[float]] = np.linalg.inv(np.array(area.to_area)).tolist()
-        sampled = (slice(_HALF, None, COARSE_PX), slice(_HALF, None, COARSE_PX))
-        valid = surface.valid[sampled]
-        depth = surface_map.depth[sampled][valid]
+        valid = surface.valid[_SAMPLED]
+        depth = surface_map.depth[_SAMPLED][valid]
         depth_mm = float(np.median(depth)) if depth.size else 1000.0
         self.shape = valid.shape
         self.pixel_mm = COARSE_PX * depth_mm / area.intrinsics.fx
@@ -53,9 +55,13 @@ class Lookout:
         foot = self._surface_map.foot(u, v, height_mm / max(level.facing, 0.1))
         return self._area.of_point(foot.x_mm, foot.y_mm, foot.z_mm)
 
-    def area_of(self, place: tuple[float, float]) -> tuple[float, float]:
-        """Return the area coordinates of the surface at a place."""
-        return self.under(place, 0.0)
+    def raw_at(self, heights_mm: Floats) -> Floats:
+        """Return what is read of something so high above the surface at every coarse pixel (rows, columns)."""
+        rays, normals, depth = (
+            array[_SAMPLED] for array in (self._surface_map.rays, self._surface_map.normals, self._surface_map.depth)
+        )
+        facing = np.maximum(-np.sum(rays * normals, axis=2), _LEAST_FACING)
+        return raw_of_depth(self._sensor, (depth - heights_mm / facing).astype(np.float64)).astype(np.float32)
 
     def place_of(self, x: float, y: float) -> tuple[float, float]:
         """Return where the surface at area coordinates is seen."""

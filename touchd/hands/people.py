@@ -1,4 +1,4 @@
-"""Which arms are of one person, and which of them is the left one."""
+"""Whose arms are whose: hands by their ids, which of them are of one person, and which of those is the left one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,11 +13,12 @@ _CORNER_MM = 250.0  # and so far apart around a corner
 _LASTING_NS = 1_500_000_000  # a person without an arm in the picture is remembered for so long
 _APART_MM = 110.0  # arms that come in nearer to each other may have crossed
 _MOST_ARMS = 2
+_NEW_NS = 100_000_000  # what has just come in may be one finger of a hand
 
 
 @dataclass(frozen=True, slots=True)
 class Person:
-    """Somebody at the table: the hands in the picture, where the last of them came in, and when."""
+    """Somebody at the table: the hands in the picture, where one of them came in, and when that was last so."""
 
     number: int
     hands: tuple[int, ...]
@@ -26,17 +27,20 @@ class Person:
 
 
 class People:
-    """Knows who is at one table. Numbers count up and are not used again."""
+    """Knows who is at one table. The ids of hands and the numbers of people count up and are not used again."""
 
-    def __init__(self, lookout: Lookout, first_number: int) -> None:
+    def __init__(self, lookout: Lookout, first_hand: int, first_number: int) -> None:
         self._lookout = lookout
         self._people: list[Person] = []
+        self._hands: dict[int, int] = {}  # by the keys of their arms
         self._sides: dict[int, str] = {}
+        self.next_hand = first_hand
         self.next_number = first_number
 
     def step(self, arms: Sequence[Arm], t_ns: int) -> None:
         """Take in the arms of a picture."""
-        doors = {arm.hand_id: arm.limb.door for arm in arms}
+        self._name(arms, t_ns)
+        doors = {self._hands[arm.key]: arm.limb.door for arm in arms if arm.key in self._hands}
         present = [self._present(person, doors, t_ns) for person in self._people]
         self._people = [person for person in present if person.hands or t_ns - person.seen_ns <= _LASTING_NS]
         known = {hand for person in self._people for hand in person.hands}
@@ -45,6 +49,10 @@ class People:
                 self._join(hand, door, doors, t_ns)
         self._tell_sides(doors)
 
+    def hand_of(self, arm: Arm) -> int | None:
+        """Return the id of an arm's hand, None while it is too new to have one."""
+        return self._hands.get(arm.key)
+
     def person_of(self, hand: int) -> int:
         """Return whose a hand is."""
         return next(person.number for person in self._people if hand in person.hands)
@@ -52,6 +60,14 @@ class People:
     def side_of(self, hand: int) -> str | None:
         """Return "left" or "right", None where it was never seen."""
         return self._sides.get(hand)
+
+    def _name(self, arms: Sequence[Arm], t_ns: int) -> None:
+        """Give ids to the hands that have been here for a moment."""
+        self._hands = {arm.key: self._hands[arm.key] for arm in arms if arm.key in self._hands}
+        for arm in arms:
+            if arm.key not in self._hands and t_ns - arm.born_ns >= _NEW_NS:
+                self._hands[arm.key] = self.next_hand
+                self.next_hand += 1
 
     def _present(self, person: Person, doors: dict[int, Place], t_ns: int) -> Person:
         hands = tuple(hand for hand in person.hands if hand in doors)

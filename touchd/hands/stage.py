@@ -6,15 +6,18 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from touchd.hands.arms import Arm, ArmTracker
+from touchd.hands.arms import ArmTracker
+from touchd.hands.clearing import cleared
 from touchd.hands.islands import IslandWatch
+from touchd.hands.ledges import Ledges
+from touchd.hands.limb import Limb
 from touchd.hands.lookout import Lookout
 from touchd.hands.people import People
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.standing import Horizon, Standing
 from touchd.hands.things import ThingTracker
-from touchd.hands.whose import Owners, hand_at, label_at
-from touchd.model import COARSE_PX, CoarsePicture, Contact, Cursor, Hand, Hover, Mask, TableObject
+from touchd.hands.whose import Owners, arm_at, label_at
+from touchd.model import COARSE_PX, CoarsePicture, Contact, Cursor, Floats, Hand, Hover, Image16, Mask, TableObject
 
 _AROUND_MM = 13.0  # what stands so near to a touch point is its finger
 
@@ -37,10 +40,11 @@ class HandStage:
     def __init__(self, lookout: Lookout, settings: ObjectSettings, first: FirstIds = FIRST_IDS) -> None:
         self._lookout = lookout
         self._horizon = Horizon(lookout)
-        self._arms = ArmTracker(lookout, first.hand)
-        self._people = People(lookout, first.person)
+        self._arms = ArmTracker(lookout)
+        self._people = People(lookout, first.hand, first.person)
         self._islands = IslandWatch(lookout)
         self._things = ThingTracker(lookout, self._horizon.level_mm, settings, first.thing)
+        self._ledges = Ledges(lookout, self._horizon.level_mm)
         self._cursors, self._hovers = Owners(), Owners()
         self._around_px = self._lookout.px(_AROUND_MM)
         self._standing: Standing | None = None
@@ -48,11 +52,11 @@ class HandStage:
     @property
     def next_ids(self) -> FirstIds:
         """Where a stage for another surface is to go on counting."""
-        return FirstIds(self._arms.next_id, self._people.next_number, self._things.next_id)
+        return FirstIds(self._people.next_hand, self._people.next_number, self._things.next_id)
 
     def end_all(self) -> None:
         """Forget all hands, because no pictures came for a while; things still lie where they did."""
-        self._arms = ArmTracker(self._lookout, self._arms.next_id)
+        self._arms = ArmTracker(self._lookout)
         self._standing = None
 
     def adopt(self, settings: ObjectSettings) -> None:
@@ -69,7 +73,12 @@ class HandStage:
             for part in islands.walking:
                 self._arms.adopt(part, standing, t_ns)
         self._people.step(self._arms.arms, t_ns)
+        self._ledges.see(standing)
         self._standing = standing
+
+    def cleared(self, raw: Image16, reference: Floats) -> Image16:
+        """Return the picture (H, W) without things that the surface, which reads ``reference``, has not taken in."""
+        return cleared(raw, reference, self._things.patches)
 
     def admitted(self, contacts: Sequence[Contact]) -> list[Contact]:
         """Return the contacts that may be a hand's: none on things, and those on what is no hand begin no touch."""
@@ -101,7 +110,9 @@ class HandStage:
     @property
     def hands(self) -> tuple[Hand, ...]:
         """The hands over the surface, in the order of their ids."""
-        return tuple(self._hand(arm) for arm in self._arms.arms)
+        named = ((self._people.hand_of(arm), arm.limb) for arm in self._arms.arms)
+        hands = [self._hand(hand_id, limb) for hand_id, limb in named if hand_id is not None]
+        return tuple(sorted(hands, key=lambda hand: hand.hand_id))
 
     @property
     def objects(self) -> tuple[TableObject, ...]:
@@ -110,15 +121,15 @@ class HandStage:
 
     @property
     def _living(self) -> set[int]:
-        return {arm.hand_id for arm in self._arms.arms}
+        return {hand_id for arm in self._arms.arms if (hand_id := self._people.hand_of(arm)) is not None}
 
-    def _hand(self, arm: Arm) -> Hand:
-        limb, hand_id = arm.limb, arm.hand_id
+    def _hand(self, hand_id: int, limb: Limb) -> Hand:
         x, y = self._lookout.under(limb.middle, limb.height_mm)
         return Hand(hand_id, x, y, limb.height_mm, self._people.side_of(hand_id), self._people.person_of(hand_id))
 
     def _hand_at(self, x: float, y: float) -> int | None:
-        return hand_at(self._lookout.place_of(x, y), self._standing, self._arms.arms, self._around_px)
+        arm = arm_at(self._lookout.place_of(x, y), self._standing, self._arms.arms, self._around_px)
+        return None if arm is None else self._people.hand_of(arm)
 
     def _judged(self, contact: Contact) -> Contact | None:
         """Return a contact as far as it may be a fingertip's."""
@@ -126,7 +137,7 @@ class HandStage:
         on_thing = self._things.holds(place)
         label = label_at(place, self._standing, 0.0 if on_thing else self._around_px)
         owners = [arm for arm in self._arms.arms if label in arm.labels]
-        if any(arm.way.led for arm in owners):
+        if any(arm.way.led for arm in owners) and not self._ledges.holds(place):
             return contact
         if on_thing and not owners:
             return None

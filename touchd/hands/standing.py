@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchd.hands.lookout import Lookout, Window
-from touchd.model import CoarsePicture, Floats, Mask
+from touchd.model import CoarsePicture, Floats
 
 Labels: TypeAlias = NDArray[np.uint16]
 Indices: TypeAlias = NDArray[np.intp]
+Bytes: TypeAlias = NDArray[np.uint8]
 Place: TypeAlias = tuple[float, float]  # column and row in the coarse picture
 
 _LEVEL_MM, _LEVEL_STEPS = 5.0, 0.15  # the picture is averaged over 3 x 3 before
@@ -37,15 +38,15 @@ class Standing:
     """All that stands above the surface. ``labels`` (rows, columns) tell which part a pixel belongs to, 0 for none.
 
     Labels that ``parts`` does not have are of what is too small to count. ``heights_mm`` are the picture's, averaged
-    over 3 x 3; ``readings`` are its own.
+    over 3 x 3. ``above`` is 255 where there is a label, else 0.
     """
 
     labels: Labels
     count: int  # all labels are below
     parts: dict[int, Part]
     heights_mm: Floats
-    readings: Mask
-    all_places: NDArray[np.int32]  # (N, 2): column and row of every pixel that stands above
+    picture: CoarsePicture
+    above: Bytes
     border: "Border"
 
     def places(self, label: int) -> tuple[Floats, Floats]:
@@ -56,7 +57,7 @@ class Standing:
 
     def dark_doors(self, label: int) -> tuple[Place, ...]:
         """Return where what leads to a part but gives no readings, such as a dark sleeve, comes in over the border."""
-        dark = cv2.dilate(cv2.erode(np.logical_not(self.readings).view(np.uint8), _SPECK), _REACH)
+        dark = cv2.dilate(cv2.erode(np.logical_not(self.picture.readings).view(np.uint8), _SPECK), _REACH)
         _, labels = cv2.connectedComponents(dark, None, 8, cv2.CV_16U)
         columns, rows = self.places(label)
         near = np.bincount(labels[rows.astype(np.intp), columns.astype(np.intp)])
@@ -93,15 +94,7 @@ class Horizon:
                 big.tolist(), stats[big].tolist(), centres[big].tolist(), strict=True
             )
         }
-        return Standing(
-            labels,
-            count,
-            parts,
-            self._smooth,
-            picture.readings,
-            np.reshape(cv2.findNonZero(above), (-1, 2)),
-            self._border,
-        )
+        return Standing(labels, count, parts, self._smooth, picture, np.asarray(above, np.uint8), self._border)
 
 
 class Border:

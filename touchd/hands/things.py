@@ -7,6 +7,7 @@ from math import dist
 import cv2
 import numpy as np
 
+from touchd.hands.clearing import Patch, patch_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.standing import Part, Standing
@@ -21,6 +22,7 @@ _PUSH_MM = 35.0  # at most in a frame
 _AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
 _TAKEN_SHARE = 0.5  # of its height, at most, is left where the surface took a thing in
 _ASKED_NS = 1_000_000_000  # the surface takes it in within this time, or is asked again later
+_THERE_SHARE = 0.5  # of the level: what is higher is the thing, once it is known that there is one
 _ZONE_MM = 15.0  # around a thing, in which its own edge could be taken for a fingertip
 _SIDE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
 
@@ -28,7 +30,8 @@ _SIDE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
 class ThingTracker:
     """Follows things on one surface. Ids count up and are not used again.
 
-    ``levels_mm`` (rows, columns): what stands higher in the next picture is not the surface, nor a thing known so far.
+    ``levels_mm`` (rows, columns): what stands higher in the next picture is not the surface, nor a thing known so far;
+    ``patches``: where those things are to be cleared from it.
     """
 
     def __init__(self, lookout: Lookout, level_mm: float, settings: ObjectSettings, first_id: int) -> None:
@@ -41,6 +44,7 @@ class ThingTracker:
         self.next_id = first_id
         self.things: tuple[Thing, ...] = ()
         self.levels_mm: Floats = np.full(lookout.shape, level_mm, np.float32)
+        self.patches: tuple[Patch, ...] = ()
 
     def step(self, still: Sequence[Part], picture: CoarsePicture, standing: Standing | None, t_ns: int) -> None:
         """Take in one picture, with the islands of it that have come to lie still."""
@@ -139,8 +143,12 @@ class ThingTracker:
 
     def _settle(self, part: Part, standing: Standing, t_ns: int) -> None:
         """Take an island for a thing: a new one, more of one that it touches, or one that was lost a moment ago."""
-        mask = standing.labels == part.label
-        heights = np.where(mask, standing.heights_mm, np.float32(0.0))
+        # The median keeps edges where they are; averages grow what is tall.
+        seen = np.asarray(cv2.medianBlur(standing.picture.heights_mm, 3), np.float32)
+        mask = (standing.labels == part.label) & (seen > _THERE_SHARE * self._level_mm)
+        if not mask.any():
+            return
+        heights = np.where(mask, seen, np.float32(0.0))
         beside = set(np.flatnonzero(grown(mask, _BESIDE)).tolist())
         rest: list[Thing] = []
         object_id: int | None = None
@@ -171,18 +179,18 @@ class ThingTracker:
         return object_id
 
     def _draw(self) -> None:
-        """Draw the levels and the zone anew."""
+        """Draw anew what is known of where things are."""
         over_mm = self._level_mm + _OVER_MM + _OVER_STEPS * self._lookout.step_mm
         self.levels_mm = np.full(self._lookout.shape, self._level_mm, np.float32)
         zone = np.zeros(self._lookout.shape, np.uint8)
-        for thing in self.things:
-            if thing.taken:
-                continue
-            zone.ravel()[thing.shape.footprint] = 1
-            if thing.asked_ns is None:
-                heights = np.zeros(self._lookout.shape, np.float32)
-                heights.ravel()[thing.shape.footprint] = thing.shape.heights_mm + np.float32(over_mm)
-                self.levels_mm = np.maximum(self.levels_mm, cv2.dilate(heights, _SIDE))
+        for shape in (thing.shape for thing in self.things if not thing.taken):
+            zone.ravel()[shape.footprint] = 1
+        shapes = [thing.shape for thing in self.things if thing.asked_ns is None]
+        for shape in shapes:
+            heights = np.zeros(self._lookout.shape, np.float32)
+            heights.ravel()[shape.footprint] = shape.heights_mm + np.float32(over_mm)
+            self.levels_mm = np.maximum(self.levels_mm, cv2.dilate(heights, _SIDE))
+        self.patches = tuple(patch_of(shape, over_mm, self._lookout) for shape in shapes)
         reach = 2 * round(self._lookout.px(_ZONE_MM)) + 1
         self._zone = cv2.dilate(zone, np.ones((reach, reach), np.uint8)) > 0
 

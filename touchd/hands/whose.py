@@ -20,14 +20,13 @@ class _Owned:
     pictures: int
 
 
-def hand_at(place: Place, standing: Standing | None, arms: Sequence[Arm], around_px: float) -> int | None:
-    """Return the id of the hand whose finger stands at a place of the coarse picture, or so near to it."""
+def arm_at(place: Place, standing: Standing | None, arms: Sequence[Arm], around_px: float) -> Arm | None:
+    """Return the arm whose finger stands at a place of the coarse picture, or so near to it."""
     label = label_at(place, standing, around_px)
     owners = [arm for arm in arms if label in arm.labels]
-    if len(owners) == 1:
-        return owners[0].hand_id
-    near = [(arm.limb.off(place), arm.hand_id) for arm in owners]
-    return min(near)[1] if near else None
+    if len(owners) <= 1:
+        return owners[0] if owners else None
+    return min(owners, key=lambda arm: arm.limb.off(place))
 
 
 def label_at(place: Place, standing: Standing | None, around_px: float) -> int:
