@@ -22,7 +22,7 @@ _BRANCH_MM = 100.0  # as long must be what comes in at another door
 _OTHER_DOOR_NS = 100_000_000  # and for so long
 _CALM_MM, _CALM_NS = 8.0, 300_000_000  # what moves less in so long, and has no arm, is no hand
 _FRAGMENT_MM2, _FRAGMENT_OFF_MM = 600.0, 45.0  # a smaller island so near to an arm is a finger's end
-_YOUNG_NS = 400_000_000  # arms that came in side by side less long ago and meet are fingers of one hand
+_HALF_IN_MM = 140.0  # of an arm; its hand's fingers may come in one by one
 _MOST_PIXELS = 1200  # of all arms that are looked at
 
 
@@ -72,12 +72,11 @@ class ArmTracker:
             return []
         claims = self._claimed(standing)
         self._reclaim(claims, standing)
-        claims = self._without_fingers(claims, t_ns)
         self._follow(claims, standing, t_ns)
         owned = {label for arm in self.arms for label in arm.labels}
         free = [part for part in standing.parts.values() if part.label not in owned]
         for part in free:
-            if part.doors and not self._rejoin(part, standing):
+            if part.doors and not (self._is_finger(part) or self._rejoin(part, standing)):
                 self._begin(part, part.doors[0], standing, t_ns)
         self._watch_doors(standing, t_ns)
         return [part for part in free if not (part.doors or self._is_fragment(part))]
@@ -104,16 +103,6 @@ class ArmTracker:
                 if distance < limit:
                     labels.append(label)
                     owned.add(label)
-
-    def _without_fingers(self, claims: Sequence[list[int]], t_ns: int) -> list[list[int]]:
-        """Forget arms that turned out to be fingers of another one's hand, of which they came in first."""
-        near, kept = self._lookout.px(_OTHER_DOOR_MM), list[tuple[Arm, list[int]]]()
-        for arm, labels in zip(self.arms, claims, strict=True):
-            young = t_ns - arm.born_ns < _YOUNG_NS
-            if not (young and any(_share(labels, other) and _beside(arm, old, near) for old, other in kept)):
-                kept.append((arm, labels))
-        self.arms = tuple(arm for arm, _ in kept)
-        return [labels for _, labels in kept]
 
     def _follow(self, claims: Sequence[Sequence[int]], standing: Standing, t_ns: int) -> None:
         """Move the arms to where their parts are; those that are no hands any more are let go."""
@@ -143,8 +132,17 @@ class ArmTracker:
         for arm in self.arms:
             door, whole = part.doors[0], arm.way.connected or not arm.labels
             if not whole and not self._claims.is_left(part.label, arm.labels[0], door, standing):
-                way = WayIn(door, connected=True, led=True)
+                way = WayIn(door, 0.0, connected=True, led=True)
                 self._put(replace(arm, limb=replace(arm.limb, door=door), labels=(*arm.labels, part.label), way=way))
+                return True
+        return False
+
+    def _is_finger(self, part: Part) -> bool:
+        """Return whether what comes in is another finger of a hand that is only half in; it is added to it then."""
+        beside, short = self._lookout.px(_OTHER_DOOR_MM), self._lookout.px(_HALF_IN_MM)
+        for arm in self.arms:
+            if arm.labels and arm.limb.reach < short and dist(part.doors[0], arm.limb.door) < beside:
+                self._put(replace(arm, labels=(*arm.labels, part.label)))
                 return True
         return False
 
@@ -167,7 +165,7 @@ class ArmTracker:
         self._add(limb, part, t_ns)
 
     def _add(self, limb: Limb, part: Part, t_ns: int) -> None:
-        way = WayIn(limb.door, connected=bool(part.doors), led=bool(part.doors))
+        way = WayIn(limb.door, 0.0, connected=bool(part.doors), led=bool(part.doors))
         arm = Arm(self._next_key, t_ns, t_ns, limb, (part.label,), way, limb.middle, t_ns)
         self.arms = (*self.arms, arm)
         self._next_key += 1
@@ -209,14 +207,6 @@ class ArmTracker:
         sides = (window.left, v), (window.right - 1, v), (u, window.top), (u, window.bottom - 1)
         nearest = min(sides, key=lambda at: dist(at, place))
         return float(nearest[0]), float(nearest[1])
-
-
-def _share(labels: Sequence[int], others: Sequence[int]) -> bool:
-    return not set(labels).isdisjoint(others)
-
-
-def _beside(arm: Arm, other: Arm, near_px: float) -> bool:
-    return dist(arm.limb.door, other.limb.door) < near_px
 
 
 def _missed(arms: Sequence[Arm], t_ns: int) -> list[Arm]:

@@ -92,11 +92,12 @@ class Claims:
         """Return how an arm in parts comes in, that did at a place before; the first of its parts is its hand's."""
         doors = [door for label in labels for door in standing.parts[label].doors]
         if doors:
-            return WayIn(_nearest(doors, before), connected=True, led=True)
+            door = _nearest(doors, before)
+            return WayIn(door, _height_mm(door, standing), connected=True, led=True)
         dark = standing.dark_doors(labels[0])
         if dark:
-            return WayIn(_nearest(dark, before), connected=False, led=True)
-        return WayIn(before, connected=False, led=self._is_at_border(standing.parts[labels[0]]))
+            return WayIn(_nearest(dark, before), 0.0, connected=False, led=True)
+        return WayIn(before, 0.0, connected=False, led=self._is_at_border(standing.parts[labels[0]]))
 
     def is_led(self, part: Part, standing: Standing) -> bool:
         """Return whether an arm may lead to an island, one of which there are no readings."""
@@ -111,14 +112,19 @@ class Claims:
 
 @dataclass(frozen=True, slots=True)
 class WayIn:
-    """How an arm comes in: at a ``door``.
+    """How an arm comes in: at a ``door``, so high above the surface if it is seen there.
 
     ``connected``: seen to come in over the border. ``led``: or something dark is seen that does, and hides the arm.
     """
 
     door: Place
+    height_mm: float
     connected: bool
     led: bool
+
+
+def _height_mm(door: Place, standing: Standing) -> float:
+    return max(0.0, float(standing.heights_mm[round(door[1]), round(door[0])]))
 
 
 def _nearest(doors: Sequence[Place], place: Place) -> Place:

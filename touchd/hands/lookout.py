@@ -1,6 +1,7 @@
 """What the hands' stage knows of the surface: its border in the coarse picture, sizes, and ways to area coordinates."""
 
 from dataclasses import dataclass
+from math import dist
 
 import numpy as np
 
@@ -40,6 +41,7 @@ class Lookout:
         depth = surface_map.depth[_SAMPLED][valid]
         depth_mm = float(np.median(depth)) if depth.size else 1000.0
         self.shape = valid.shape
+        self.depth_mm = depth_mm
         self.pixel_mm = COARSE_PX * depth_mm / area.intrinsics.fx
         self.step_mm = _step_mm(surface, depth_mm)
         self.window = _known(valid)
@@ -47,6 +49,10 @@ class Lookout:
     def px(self, mm: float) -> float:
         """Return a length on the surface in coarse px."""
         return mm / self.pixel_mm
+
+    def apart_mm(self, a: tuple[float, float], b: tuple[float, float], height_mm: float) -> float:
+        """Return how far two places so high above the surface lie apart."""
+        return dist(a, b) * self.pixel_mm * max(0.0, 1.0 - height_mm / self.depth_mm)
 
     def under(self, place: tuple[float, float], height_mm: float) -> tuple[float, float]:
         """Return the area coordinates of the surface under what is seen at a place, so high above it."""

@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import dist
 
 from touchd.hands.arms import Arm
+from touchd.hands.claims import WayIn
 from touchd.hands.lookout import Lookout
 from touchd.hands.standing import Place
 
@@ -22,7 +22,7 @@ class Person:
 
     number: int
     hands: tuple[int, ...]
-    door: Place
+    way: WayIn
     seen_ns: int
 
 
@@ -40,13 +40,13 @@ class People:
     def step(self, arms: Sequence[Arm], t_ns: int) -> None:
         """Take in the arms of a picture."""
         self._name(arms, t_ns)
-        doors = {self._hands[arm.key]: arm.limb.door for arm in arms if arm.key in self._hands}
+        doors = {self._hands[arm.key]: arm.way for arm in arms if arm.key in self._hands}
         present = [self._present(person, doors, t_ns) for person in self._people]
         self._people = [person for person in present if person.hands or t_ns - person.seen_ns <= _LASTING_NS]
         known = {hand for person in self._people for hand in person.hands}
-        for hand, door in doors.items():
+        for hand, way in doors.items():
             if hand not in known:
-                self._join(hand, door, doors, t_ns)
+                self._join(hand, way, doors, t_ns)
         self._tell_sides(doors)
 
     def hand_of(self, arm: Arm) -> int | None:
@@ -69,32 +69,32 @@ class People:
                 self._hands[arm.key] = self.next_hand
                 self.next_hand += 1
 
-    def _present(self, person: Person, doors: dict[int, Place], t_ns: int) -> Person:
+    def _present(self, person: Person, doors: dict[int, WayIn], t_ns: int) -> Person:
         hands = tuple(hand for hand in person.hands if hand in doors)
         if not hands:
             return replace(person, hands=())
-        return replace(person, hands=hands, door=doors[hands[0]], seen_ns=t_ns)
+        return replace(person, hands=hands, way=doors[hands[0]], seen_ns=t_ns)
 
-    def _join(self, hand: int, door: Place, doors: dict[int, Place], t_ns: int) -> None:
+    def _join(self, hand: int, way: WayIn, doors: dict[int, WayIn], t_ns: int) -> None:
         """Give a new hand to the nearest person who has one to spare, or to a new person."""
         near = []
         for place, person in enumerate(self._people):
             if len(person.hands) < _MOST_ARMS:
-                seen = [doors[own] for own in person.hands] or [person.door]
-                distance = min(
-                    self._lookout.pixel_mm * dist(door, other) / self._limit_mm(door, other) for other in seen
-                )
+                seen = [doors[own] for own in person.hands] or [person.way]
+                distance = min(self._share(way, other) for other in seen)
                 near.append((distance, place))
         share, place = min(near, default=(2.0, 0))
         if share <= 1.0:
             person = self._people[place]
             self._people[place] = replace(person, hands=(*person.hands, hand), seen_ns=t_ns)
         else:
-            self._people.append(Person(self.next_number, (hand,), door, t_ns))
+            self._people.append(Person(self.next_number, (hand,), way, t_ns))
             self.next_number += 1
 
-    def _limit_mm(self, a: Place, b: Place) -> float:
-        return _SHOULDERS_MM if self._inwards(a) == self._inwards(b) else _CORNER_MM
+    def _share(self, a: WayIn, b: WayIn) -> float:
+        """Return how far apart two arms come in, of what is most for those of one person."""
+        limit_mm = _SHOULDERS_MM if self._inwards(a.door) == self._inwards(b.door) else _CORNER_MM
+        return self._lookout.apart_mm(a.door, b.door, 0.5 * (a.height_mm + b.height_mm)) / limit_mm
 
     def _inwards(self, door: Place) -> tuple[int, int]:
         """Return the direction, right and down, in which an arm comes in at a door."""
@@ -108,13 +108,13 @@ class People:
         )
         return min(gaps)[1]
 
-    def _tell_sides(self, doors: dict[int, Place]) -> None:
+    def _tell_sides(self, doors: dict[int, WayIn]) -> None:
         """Tell the left from the right arm of those people who have both in the picture, once and for all."""
         self._sides = {hand: side for hand, side in self._sides.items() if hand in doors}
         for person in self._people:
             if len(person.hands) < _MOST_ARMS or all(hand in self._sides for hand in person.hands):
                 continue
-            (a, at_a), (b, at_b) = ((hand, doors[hand]) for hand in person.hands)
+            (a, at_a), (b, at_b) = ((hand, doors[hand].door) for hand in person.hands)
             inwards = self._inwards(at_a)
             if inwards != self._inwards(at_b):
                 continue
