@@ -9,8 +9,9 @@ from touchd.config.checks import check_version
 from touchd.config.input_sections import Area, Camera, Source
 from touchd.config.output_sections import Output, Tuio
 from touchd.config.section import Emptiable, Expects, Section, field
-from touchd.config.touch_sections import Calibration, Touch, Tracking
+from touchd.config.touch_sections import Calibration, Objects, Touch, Tracking
 from touchd.contacts.settings import BlobSettings
+from touchd.hands.settings import ObjectSettings
 from touchd.model import AreaCorners, Intrinsics
 from touchd.surface.settings import CalibrationSettings, ShellSettings
 from touchd.tracking.settings import TrackingSettings
@@ -31,6 +32,9 @@ class Config(Section):
     )
     touch: Annotated[Touch, Emptiable] = field(Touch(), "What counts as a touch")
     tracking: Annotated[Tracking, Emptiable] = field(Tracking(), "How touches are followed from frame to frame")
+    objects: Annotated[Objects, Emptiable] = field(
+        Objects(), "Things that are put down on the surface; they are no touches"
+    )
     outputs: Annotated[tuple[Output, ...], Expects("list items '- tuio:' or '- events:', or [] for no output")] = field(
         (Output(tuio=Tuio()),), "Where touches go, any number of outputs; [] for none"
     )
@@ -80,6 +84,10 @@ class Config(Section):
     def tracking_settings(self) -> TrackingSettings:
         """Return how the tracking stage is to follow contacts."""
         return TrackingSettings(**self.tracking.model_dump())
+
+    def object_settings(self) -> ObjectSettings:
+        """Return how things on the surface are to be treated."""
+        return ObjectSettings(**self.objects.model_dump())
 
     def area_corners(self) -> AreaCorners | None:
         """Return the active area, or None where the file gives none."""
