@@ -1,7 +1,7 @@
-"""Things that lie under a hand or in it: wide and low, and everywhere far below what stands over them.
+"""Things that lie under a hand or in it: wide and low, and flat or everywhere far below what stands over them.
 
-In the picture they are one with the hand. Flat fingers are as low and, side by side, as wide; but they rise into their
-hand without a step.
+In the picture they are one with the hand. Flat fingers are as low and, side by side, as wide; but they rise, and do so
+without a step into their hand.
 """
 
 import cv2
@@ -15,6 +15,8 @@ _LOW_MM = 28.0  # a hand rises higher somewhere
 _WIDE_MM = 40.0  # no finger is so wide, not as a coarse sensor sees it
 _STEP_MM = 30.0  # from one pixel to the next; fingers rise less
 _SMOOTH_SHARE = 0.25  # at least, of the higher pixels beside it, go on from a finger
+_FLAT_MM, _FLAT_STEPS = 1.0, 0.45  # what differs by less over its wide parts is flat
+_FLAT_MM2 = 450.0  # if these, without a margin as wide as half a finger, are as large
 _AROUND_MM = 12.0
 _BORDER_PX = 2
 _SIDE = np.ones((3, 3), np.uint8)
@@ -30,6 +32,8 @@ class Ledges:
         wide, around = (max(3, round(lookout.px(mm))) for mm in (_WIDE_MM, 2.0 * _AROUND_MM))
         self._wide = np.ones((wide, wide), np.uint8)
         self._around = np.ones((around, around), np.uint8)
+        self._flat_mm = _FLAT_MM + _FLAT_STEPS * lookout.step_mm
+        self._flat_px = round(_FLAT_MM2 / lookout.pixel_mm**2)
         self._border = np.ones(lookout.shape, np.bool_)
         inner, reach = lookout.window, _BORDER_PX
         self._border[inner.top + reach : inner.bottom - reach, inner.left + reach : inner.right - reach] = False
@@ -48,7 +52,7 @@ class Ledges:
         _, labels = cv2.connectedComponents(low, None, 4, cv2.CV_16U)
         for label in np.unique(labels[seeds > 0]).tolist():
             own = (labels == label).view(np.uint8)
-            if self._is_ledge(own, standing):
+            if not own[self._border].any() and (self._is_flat(own & seeds, standing) or self._is_step(own, standing)):
                 more = cv2.dilate(own, self._around) > 0
                 self._found = more if self._found is None else self._found | more
 
@@ -60,10 +64,16 @@ class Ledges:
         rows, columns = self._found.shape
         return 0 <= row < rows and 0 <= column < columns and bool(self._found[row, column])
 
-    def _is_ledge(self, own: Bytes, standing: Standing) -> bool:
-        """Return whether a low part (rows, columns) rises nowhere without a step, nor comes in over the border."""
-        if own[self._border].any():
+    def _is_flat(self, wide: Bytes, standing: Standing) -> bool:
+        """Return whether the wide parts of something (rows, columns) are flat as no hand is."""
+        heights = standing.heights_mm[wide > 0]
+        if heights.size < self._flat_px:
             return False
+        low, high = np.quantile(heights, (0.1, 0.9)).tolist()
+        return bool(high - low < self._flat_mm)
+
+    def _is_step(self, own: Bytes, standing: Standing) -> bool:
+        """Return whether a low part (rows, columns) rises nowhere without a step."""
         heights = standing.picture.heights_mm
         beside = heights[cv2.dilate(own, _SIDE) > own]
         higher = beside[beside >= self._low_mm]

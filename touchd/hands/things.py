@@ -16,7 +16,7 @@ from touchd.model import CoarsePicture, Floats, Mask
 
 _OVER_MM, _OVER_STEPS = 4.0, 0.5  # by so much a hand is higher than the thing under it
 _LEAST_SEEN = 0.3  # of a thing; of less nothing can be said
-_PARTLY_LEFT, _WHOLLY_LEFT = 0.15, 0.7  # of it
+_BARELY_LEFT, _PARTLY_LEFT, _WHOLLY_LEFT = 0.03, 0.15, 0.7  # of it
 _ODD_NS = 150_000_000  # it looks odd for so long before it is believed
 _PUSH_MM = 35.0  # at most in a frame
 _AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
