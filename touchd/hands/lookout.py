@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from math import dist
 
+import cv2
 import numpy as np
 
 from touchd.geometry import AreaMap, SurfaceMap, distort_pixel, raw_of_depth
@@ -12,6 +13,9 @@ _HALF = COARSE_PX // 2
 _SAMPLED = (slice(_HALF, None, COARSE_PX), slice(_HALF, None, COARSE_PX))
 _LEAST_FACING = 0.2
 _KNOWN_SHARE = 0.2  # of a row or column of the picture that looks at the surface
+_UNEVEN_MM = 150.0  # from its best plane: what is farther is no part of the surface
+_LEAST_SHARE = 0.1  # of what is seen that must be near a plane, else there is none
+_HOLE = np.ones((5, 5), np.uint8)  # smaller blind spots do not matter
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +34,10 @@ class Window:
 
 
 class Lookout:
-    """Tables made once per surface. Places are in px of the coarse picture, (column, row), unless named otherwise."""
+    """Tables made once per surface. Places are in px of the coarse picture, (column, row), unless named otherwise.
+
+    ``table`` (rows, columns): where the surface is seen, ``window``: the rectangle around it.
+    """
 
     def __init__(self, surface: Surface, surface_map: SurfaceMap, area: AreaMap) -> None:
         self._surface_map = surface_map
@@ -44,7 +51,8 @@ class Lookout:
         self.depth_mm = depth_mm
         self.pixel_mm = COARSE_PX * depth_mm / area.intrinsics.fx
         self.step_mm = _step_mm(surface, depth_mm)
-        self.window = _known(valid)
+        self.table = _table(valid, surface_map)
+        self.window = _around(self.table)
 
     def px(self, mm: float) -> float:
         """Return a length on the surface in coarse px."""
@@ -82,9 +90,20 @@ def _step_mm(surface: Surface, depth_mm: float) -> float:
     return float(sensor.step_mm[raw])
 
 
-def _known(valid: Mask) -> Window:
-    """Return the rectangle of what looks at the surface; a camera may be blind along a side of its picture."""
-    rows, columns = (np.flatnonzero(valid.mean(axis=axis) > _KNOWN_SHARE) for axis in (1, 0))
+def _table(valid: Mask, surface_map: SurfaceMap) -> Mask:
+    """Return where (rows, columns) the camera sees the surface, and not a floor far below it."""
+    table = valid
+    if surface_map.plane is not None:
+        points = surface_map.rays[_SAMPLED] * surface_map.depth[_SAMPLED][..., None]
+        off = points @ surface_map.plane.normal + surface_map.plane.distance_mm
+        near = valid & (np.abs(off) < _UNEVEN_MM)
+        table = near if np.count_nonzero(near) > _LEAST_SHARE * np.count_nonzero(valid) else valid
+    return cv2.morphologyEx(table.astype(np.uint8), cv2.MORPH_CLOSE, _HOLE) > 0
+
+
+def _around(mask: Mask) -> Window:
+    """Return the rectangle around what a mask shows; a camera may be blind along a side of its picture."""
+    rows, columns = (np.flatnonzero(mask.mean(axis=axis) > _KNOWN_SHARE) for axis in (1, 0))
     if not rows.size or not columns.size:
-        return Window(0, 0, valid.shape[1], valid.shape[0])
+        return Window(0, 0, mask.shape[1], mask.shape[0])
     return Window(int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1)

@@ -13,6 +13,7 @@ _CORNER_MM = 250.0  # and so far apart around a corner
 _LASTING_NS = 1_500_000_000  # a person without an arm in the picture is remembered for so long
 _APART_MM = 110.0  # arms that come in nearer to each other may have crossed
 _MOST_ARMS = 2
+_HIGH_MM = 250.0  # a head or a shoulder is higher
 _NEW_NS = 100_000_000  # what has just come in may be one finger of a hand
 
 
@@ -62,10 +63,10 @@ class People:
         return self._sides.get(hand)
 
     def _name(self, arms: Sequence[Arm], t_ns: int) -> None:
-        """Give ids to the hands that have been here for a moment."""
+        """Give ids to the hands that have been here for a moment, and are none of what leans in high above."""
         self._hands = {arm.key: self._hands[arm.key] for arm in arms if arm.key in self._hands}
         for arm in arms:
-            if arm.key not in self._hands and t_ns - arm.born_ns >= _NEW_NS:
+            if arm.key not in self._hands and t_ns - arm.born_ns >= _NEW_NS and arm.limb.height_mm < _HIGH_MM:
                 self._hands[arm.key] = self.next_hand
                 self.next_hand += 1
 

@@ -43,7 +43,7 @@ class HandStage:
         self._arms = ArmTracker(lookout)
         self._people = People(lookout, first.hand, first.person)
         self._islands = IslandWatch(lookout)
-        self._things = ThingTracker(lookout, self._horizon.level_mm, settings, first.thing)
+        self._things = ThingTracker(lookout, self._horizon, settings, first.thing)
         self._ledges = Ledges(lookout, self._horizon.level_mm)
         self._cursors, self._hovers = Owners(), Owners()
         self._around_px = self._lookout.px(_AROUND_MM)

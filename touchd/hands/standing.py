@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchd.hands.lookout import Lookout, Window
-from touchd.model import CoarsePicture, Floats
+from touchd.model import CoarsePicture, Floats, Mask
 
 Labels: TypeAlias = NDArray[np.uint16]
 Indices: TypeAlias = NDArray[np.intp]
@@ -16,6 +16,7 @@ Bytes: TypeAlias = NDArray[np.uint8]
 Place: TypeAlias = tuple[float, float]  # column and row in the coarse picture
 
 _LEVEL_MM, _LEVEL_STEPS = 5.0, 0.15  # the picture is averaged over 3 x 3 before
+_NOTHING_MM = np.float32(1e9)  # is higher
 _LEAST_MM2, _LEAST_PX = 250.0, 4
 _BORDER_PX = 2  # what is so near to the border comes in over it
 _RUN_GAP_PX = 4  # longer gaps on the border lie between two that come in
@@ -66,13 +67,17 @@ class Standing:
 
 
 class Horizon:
-    """Finds what stands above one surface."""
+    """Finds what stands above one surface.
+
+    ``levels_mm`` (rows, columns): what is higher is not the empty surface.
+    """
 
     def __init__(self, lookout: Lookout) -> None:
         self.level_mm = _LEVEL_MM + _LEVEL_STEPS * lookout.step_mm
+        self.levels_mm: Floats = np.where(lookout.table, np.float32(self.level_mm), _NOTHING_MM)
         self._least_px = max(_LEAST_PX, round(_LEAST_MM2 / lookout.pixel_mm**2))
         self._smooth = np.empty(lookout.shape, np.float32)
-        self._border = Border(lookout.window, lookout.shape[1])
+        self._border = Border(lookout.table)
 
     def find(self, picture: CoarsePicture, levels_mm: Floats) -> Standing | None:
         """Return what stands higher than levels (rows, columns), None where nothing does."""
@@ -98,19 +103,19 @@ class Horizon:
 
 
 class Border:
-    """The border of what looks at the surface, followed clockwise."""
+    """The border of where the surface is seen, followed around it."""
 
-    def __init__(self, window: Window, width: int) -> None:
-        """``width``: the whole picture's."""
-        columns, rows = np.arange(window.left, window.right), np.arange(window.top, window.bottom)
-        right, bottom = window.right - 1, window.bottom - 1
-        u = np.concatenate([columns, np.full(len(rows), right), columns[::-1], np.full(len(rows), window.left)])
-        v = np.concatenate([np.full(len(columns), window.top), rows, np.full(len(columns), bottom), rows[::-1]])
-        depths = np.arange(_BORDER_PX + 1)[:, None]
-        inner_u = np.clip(u, window.left + depths, right - depths)
-        inner_v = np.clip(v, window.top + depths, bottom - depths)
-        self._pixels = np.asarray(inner_v * width + inner_u, np.intp)  # (depths, N) of the flat picture
-        self._places = [(float(a), float(b)) for a, b in zip(u, v, strict=True)]
+    def __init__(self, table: Mask) -> None:
+        """``table`` (rows, columns): where that is."""
+        outlines, _ = cv2.findContours(table.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        largest = max(outlines, key=cv2.contourArea, default=np.zeros((0, 1, 2), np.int32))
+        places = np.reshape(largest, (-1, 2))
+        steps = np.array([(u, v) for u in (-_BORDER_PX, 0, _BORDER_PX) for v in (-_BORDER_PX, 0, _BORDER_PX)])
+        near = places[None] + steps[:, None]
+        rows, columns = table.shape
+        u, v = np.clip(near[..., 0], 0, columns - 1), np.clip(near[..., 1], 0, rows - 1)
+        self._pixels = np.asarray(v * columns + u, np.intp)  # (9, N) of the flat picture
+        self._places = [(float(u), float(v)) for u, v in places.tolist()]
 
     def doors(self, labels: Labels) -> dict[int, list[Place]]:
         """Return by label the middles of the runs along the border."""

@@ -10,10 +10,11 @@ import numpy as np
 from touchd.hands.clearing import Patch, patch_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
-from touchd.hands.standing import Part, Standing
+from touchd.hands.standing import Horizon, Part, Standing
 from touchd.hands.thing import Look, Shape, Thing, grown, look_at, mask_of, moved, outline_of, shape_of
-from touchd.model import CoarsePicture, Floats, Mask
+from touchd.model import CoarsePicture, Mask
 
+_TALLEST_MM = 300.0  # what is higher was not put down
 _OVER_MM, _OVER_STEPS = 4.0, 0.5  # by so much a hand is higher than the thing under it
 _LEAST_SEEN = 0.3  # of a thing; of less nothing can be said
 _BARELY_LEFT, _PARTLY_LEFT, _WHOLLY_LEFT = 0.03, 0.15, 0.7  # of it
@@ -34,16 +35,15 @@ class ThingTracker:
     ``patches``: where those things are to be cleared from it.
     """
 
-    def __init__(self, lookout: Lookout, level_mm: float, settings: ObjectSettings, first_id: int) -> None:
-        """``level_mm``: what is higher stands above the surface."""
+    def __init__(self, lookout: Lookout, horizon: Horizon, settings: ObjectSettings, first_id: int) -> None:
         self._lookout = lookout
         self._settings = settings
-        self._level_mm = level_mm
+        self._level_mm, self._empty_mm = horizon.level_mm, horizon.levels_mm
         self._lost: list[tuple[int, Thing]] = []  # when, and what
         self._zone: Mask = np.zeros(lookout.shape, np.bool_)
         self.next_id = first_id
         self.things: tuple[Thing, ...] = ()
-        self.levels_mm: Floats = np.full(lookout.shape, level_mm, np.float32)
+        self.levels_mm = horizon.levels_mm
         self.patches: tuple[Patch, ...] = ()
 
     def step(self, still: Sequence[Part], picture: CoarsePicture, standing: Standing | None, t_ns: int) -> None:
@@ -159,6 +159,8 @@ class ThingTracker:
             else:
                 rest.append(thing)
         shape = shape_of(heights > 0.0, heights)
+        if shape.height_mm > _TALLEST_MM:
+            return
         object_id = object_id or self._again(shape)
         if object_id is None:
             object_id, self.next_id = self.next_id, self.next_id + 1
@@ -181,7 +183,7 @@ class ThingTracker:
     def _draw(self) -> None:
         """Draw anew what is known of where things are."""
         over_mm = self._level_mm + _OVER_MM + _OVER_STEPS * self._lookout.step_mm
-        self.levels_mm = np.full(self._lookout.shape, self._level_mm, np.float32)
+        self.levels_mm = self._empty_mm
         zone = np.zeros(self._lookout.shape, np.uint8)
         for shape in (thing.shape for thing in self.things if not thing.taken):
             zone.ravel()[shape.footprint] = 1
@@ -189,7 +191,7 @@ class ThingTracker:
         for shape in shapes:
             heights = np.zeros(self._lookout.shape, np.float32)
             heights.ravel()[shape.footprint] = shape.heights_mm + np.float32(over_mm)
-            self.levels_mm = np.maximum(self.levels_mm, cv2.dilate(heights, _SIDE))
+            self.levels_mm = np.maximum(self.levels_mm, np.asarray(cv2.dilate(heights, _SIDE), np.float32))
         self.patches = tuple(patch_of(shape, over_mm, self._lookout) for shape in shapes)
         reach = 2 * round(self._lookout.px(_ZONE_MM)) + 1
         self._zone = cv2.dilate(zone, np.ones((reach, reach), np.uint8)) > 0
