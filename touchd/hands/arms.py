@@ -32,7 +32,7 @@ class Arm:
 
     ``labels``: the parts of the last picture that it is, or shares; empty if it is missed.
 
-    ``calm_at``: where the hand's middle has been since ``calm_ns``.
+    ``longest``: how far it has reached in so far, in px. ``calm_at``: where its hand has been since ``calm_ns``.
     """
 
     key: int
@@ -41,6 +41,7 @@ class Arm:
     limb: Limb
     labels: tuple[int, ...]
     way: WayIn
+    longest: float
     calm_at: Place
     calm_ns: int
 
@@ -72,6 +73,7 @@ class ArmTracker:
             return []
         claims = self._claimed(standing)
         self._reclaim(claims, standing)
+        claims = self._without_stubs(claims)
         self._follow(claims, standing, t_ns)
         owned = {label for arm in self.arms for label in arm.labels}
         free = [part for part in standing.parts.values() if part.label not in owned]
@@ -104,6 +106,17 @@ class ArmTracker:
                     labels.append(label)
                     owned.add(label)
 
+    def _without_stubs(self, claims: Sequence[list[int]]) -> list[list[int]]:
+        """Forget arms that never reached in and that became one with another: fingers of its hand, or its shoulder."""
+        stubs: set[int] = set()
+        for label in {label for labels in claims for label in labels}:
+            owners = [arm for arm, labels in zip(self.arms, claims, strict=True) if label in labels]
+            longest = max(owners, key=lambda arm: arm.longest)
+            stubs |= {arm.key for arm in owners if arm is not longest and arm.longest < self._lookout.px(_HALF_IN_MM)}
+        kept = [(arm, labels) for arm, labels in zip(self.arms, claims, strict=True) if arm.key not in stubs]
+        self.arms = tuple(arm for arm, _ in kept)
+        return [labels for _, labels in kept]
+
     def _follow(self, claims: Sequence[Sequence[int]], standing: Standing, t_ns: int) -> None:
         """Move the arms to where their parts are; those that are no hands any more are let go."""
         held = [(arm, labels) for arm, labels in zip(self.arms, claims, strict=True) if labels]
@@ -125,7 +138,8 @@ class ArmTracker:
     def _moved(self, arm: Arm, labels: Sequence[int], limb: Limb, way: WayIn, t_ns: int) -> Arm:
         calm = dist(limb.middle, arm.calm_at) < self._lookout.px(_CALM_MM)
         calm_at, calm_ns = (arm.calm_at, arm.calm_ns) if calm else (limb.middle, t_ns)
-        return Arm(arm.key, arm.born_ns, t_ns, limb, tuple(labels), way, calm_at, calm_ns)
+        longest = max(arm.longest, limb.reach)
+        return Arm(arm.key, arm.born_ns, t_ns, limb, tuple(labels), way, longest, calm_at, calm_ns)
 
     def _rejoin(self, part: Part, standing: Standing) -> bool:
         """Return whether what comes in is the arm of a hand that is known already; it is added to it then."""
@@ -166,7 +180,7 @@ class ArmTracker:
 
     def _add(self, limb: Limb, part: Part, t_ns: int) -> None:
         way = WayIn(limb.door, 0.0, connected=bool(part.doors), led=bool(part.doors))
-        arm = Arm(self._next_key, t_ns, t_ns, limb, (part.label,), way, limb.middle, t_ns)
+        arm = Arm(self._next_key, t_ns, t_ns, limb, (part.label,), way, limb.reach, limb.middle, t_ns)
         self.arms = (*self.arms, arm)
         self._next_key += 1
 

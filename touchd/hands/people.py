@@ -14,6 +14,7 @@ _LASTING_NS = 1_500_000_000  # a person without an arm in the picture is remembe
 _APART_MM = 110.0  # arms that come in nearer to each other may have crossed
 _MOST_ARMS = 2
 _HIGH_MM = 250.0  # a head or a shoulder is higher
+_SHORT_MM = 40.0  # what never reaches farther in is none
 _NEW_NS = 100_000_000  # what has just come in may be one finger of a hand
 
 
@@ -63,12 +64,17 @@ class People:
         return self._sides.get(hand)
 
     def _name(self, arms: Sequence[Arm], t_ns: int) -> None:
-        """Give ids to the hands that have been here for a moment, and are none of what leans in high above."""
+        """Give ids to hands that are new."""
         self._hands = {arm.key: self._hands[arm.key] for arm in arms if arm.key in self._hands}
         for arm in arms:
-            if arm.key not in self._hands and t_ns - arm.born_ns >= _NEW_NS and arm.limb.height_mm < _HIGH_MM:
+            if arm.key not in self._hands and self._is_hand(arm, t_ns):
                 self._hands[arm.key] = self.next_hand
                 self.next_hand += 1
+
+    def _is_hand(self, arm: Arm, t_ns: int) -> bool:
+        """Return whether an arm has been here for a moment, reaches in, and is none of what leans in high above."""
+        long = arm.longest >= self._lookout.px(_SHORT_MM)
+        return long and t_ns - arm.born_ns >= _NEW_NS and arm.limb.height_mm < _HIGH_MM
 
     def _present(self, person: Person, doors: dict[int, WayIn], t_ns: int) -> Person:
         hands = tuple(hand for hand in person.hands if hand in doors)

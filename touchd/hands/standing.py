@@ -76,12 +76,13 @@ class Horizon:
         self.level_mm = _LEVEL_MM + _LEVEL_STEPS * lookout.step_mm
         self.levels_mm: Floats = np.where(lookout.table, np.float32(self.level_mm), _NOTHING_MM)
         self._least_px = max(_LEAST_PX, round(_LEAST_MM2 / lookout.pixel_mm**2))
+        self._table = lookout.table.astype(np.float32)
         self._smooth = np.empty(lookout.shape, np.float32)
         self._border = Border(lookout.table)
 
     def find(self, picture: CoarsePicture, levels_mm: Floats) -> Standing | None:
         """Return what stands higher than levels (rows, columns), None where nothing does."""
-        smooth = cv2.blur(picture.heights_mm, (3, 3), dst=self._smooth)
+        smooth = cv2.blur(np.multiply(picture.heights_mm, self._table, out=self._smooth), (3, 3), dst=self._smooth)
         above = cv2.compare(smooth, levels_mm, cv2.CMP_GT)
         if cv2.countNonZero(above) < self._least_px:
             return None
