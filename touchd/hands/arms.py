@@ -18,6 +18,7 @@ _LASTING_NS = 300_000_000  # so long an arm is missed before it is gone
 _AGAIN_MM = 130.0  # a missed one at most so far from where it was
 _OTHER_DOOR_MM = 110.0  # doors of two arms that touch lie farther apart
 _OTHER_ARM_MM = 45.0  # from an arm's middle line: what is farther is not it
+_CLEAR_MM = 55.0  # what is farther from the middle line of an arm is surely not it
 _BRANCH_MM = 100.0  # as long must be what comes in at another door
 _OTHER_DOOR_NS = 100_000_000  # and for so long
 _CALM_MM, _CALM_NS = 8.0, 300_000_000  # what moves less in so long, and has no arm, is no hand
@@ -117,7 +118,7 @@ class ArmTracker:
         self.arms = tuple(arm for arm, _ in kept)
         return [labels for _, labels in kept]
 
-    def _follow(self, claims: Sequence[Sequence[int]], standing: Standing, t_ns: int) -> None:
+    def _follow(self, claims: Sequence[list[int]], standing: Standing, t_ns: int) -> None:
         """Move the arms to where their parts are; those that are no hands any more are let go."""
         held = [(arm, labels) for arm, labels in zip(self.arms, claims, strict=True) if labels]
         pixels, numbers = _divided(held, standing)
@@ -127,13 +128,24 @@ class ArmTracker:
         flat = (pixels.rows * np.float32(standing.labels.shape[1]) + pixels.columns).astype(np.intp)
         self._traces = Traces(tuple(arm.key for arm, _ in held), flat, pixels.whose, at_hand)
         followed = [
-            self._moved(arm, labels, limb, way, t_ns)
+            self._moved(arm, labels, self._believable(arm, labels, limb, held), way, t_ns)
             for (arm, labels), limb, way in zip(held, limbs, ways, strict=True)
         ]
         kept = [arm for arm in followed if arm.way.led or t_ns - arm.calm_ns < _CALM_NS]
         ids = {arm.key for arm in followed}
         missed = _missed([arm for arm in self.arms if arm.key not in ids], t_ns)
         self.arms = tuple(sorted([*kept, *missed], key=lambda arm: arm.key))
+
+    def _believable(self, arm: Arm, labels: Sequence[int], seen: Limb, held: Sequence[tuple[Arm, list[int]]]) -> Limb:
+        """Return a limb as it is seen, but for one whose end cannot be told from an arm that it touches.
+
+        That one is taken to be where it was.
+        """
+        others = [other.limb for other, own in held if other is not arm and not set(labels).isdisjoint(own)]
+        if not others:
+            return seen
+        clear = all(other.beside(seen.tip) > self._lookout.px(_CLEAR_MM) for other in others)
+        return seen if clear else replace(arm.limb, door=seen.door)
 
     def _moved(self, arm: Arm, labels: Sequence[int], limb: Limb, way: WayIn, t_ns: int) -> Arm:
         calm = dist(limb.middle, arm.calm_at) < self._lookout.px(_CALM_MM)

@@ -10,7 +10,7 @@ from touchd.geometry import Doubles
 from touchd.hands.standing import Indices, Place
 from touchd.model import Floats
 
-_AHEAD = 0.5  # of the way from the hand's middle to its end, ahead of it, a moving hand may have got in a frame
+_AHEAD = 2.0  # times the way from a hand's middle to its end, a hand may be that is partly hidden
 _ELBOW, _ELBOW_WIDTH = 0.5, 0.15  # of the way from door to tip
 
 
@@ -34,12 +34,19 @@ class Limb:
         return dist(self.door, self.tip)
 
     def away(self, columns: Floats, rows: Floats) -> Floats:
-        """Return how far places (N,) each lie from the arm's middle line, a little beyond its tip, in px."""
+        """Return how far places (N,) each lie from the arm's middle line, in px; it goes on ahead of the tip."""
         (tip_u, tip_v), (u, v) = self.tip, self.middle
         beyond = tip_u + _AHEAD * (tip_u - u), tip_v + _AHEAD * (tip_v - v)
+        return self._from_line(columns, rows, beyond)
+
+    def beside(self, place: Place) -> float:
+        """Return how far one place lies from the arm as far as it was seen, in px."""
+        return float(self._from_line(np.array([place[0]], np.float32), np.array([place[1]], np.float32), self.tip)[0])
+
+    def _from_line(self, columns: Floats, rows: Floats, end: Place) -> Floats:
         ways = [
             _off_segment(columns, rows, *ends)
-            for ends in ((self.door, self.elbow), (self.elbow, self.middle), (self.middle, beyond))
+            for ends in ((self.door, self.elbow), (self.elbow, self.middle), (self.middle, end))
         ]
         return np.minimum(np.minimum(ways[0], ways[1]), ways[2])
 
