@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import dist
 
-import cv2
 import numpy as np
 
 from touchd.hands.claims import NO_TRACES, Claims, Traces, WayIn
@@ -24,7 +23,7 @@ _OTHER_DOOR_NS = 100_000_000  # and for so long
 _CALM_MM, _CALM_NS = 8.0, 300_000_000  # what moves less in so long, and has no arm, is no hand
 _FRAGMENT_MM2, _FRAGMENT_OFF_MM = 600.0, 45.0  # a smaller island so near to an arm is a finger's end
 _HALF_IN_MM = 140.0  # of an arm; its hand's fingers may come in one by one
-_MOST_PIXELS = 1200  # of all arms that are looked at
+_MOST_PIXELS = 900  # of all arms that are looked at
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,11 +81,11 @@ class ArmTracker:
             if part.doors and not (self._is_finger(part) or self._rejoin(part, standing)):
                 self._begin(part, part.doors[0], standing, t_ns)
         self._watch_doors(standing, t_ns)
-        return [part for part in free if not (part.doors or self._is_fragment(part))]
+        return [part for part in free if not (part.doors or self._is_fragment(part, standing))]
 
     def adopt(self, part: Part, standing: Standing, t_ns: int) -> None:
         """Take an island for a hand, whose arm nobody sees."""
-        self._begin(part, self._nearest_border(part.centre), standing, t_ns)
+        self._begin(part, self._nearest_border(standing.centre(part.label)), standing, t_ns)
 
     def _claimed(self, standing: Standing) -> list[list[int]]:
         """Return for each arm the labels of the parts that it is in."""
@@ -102,13 +101,17 @@ class ArmTracker:
         for arm, labels in zip(self.arms, claims, strict=True):
             if not labels:
                 free = [part for label, part in standing.parts.items() if label not in owned]
-                distance, label = min(((_apart(arm.limb, part), part.label) for part in free), default=(limit, 0))
+                distance, label = min(
+                    ((_apart(arm.limb, part, standing), part.label) for part in free), default=(limit, 0)
+                )
                 if distance < limit:
                     labels.append(label)
                     owned.add(label)
 
     def _without_stubs(self, claims: Sequence[list[int]]) -> list[list[int]]:
         """Forget arms that never reached in and that became one with another: fingers of its hand, or its shoulder."""
+        if sum(map(len, claims)) == len({label for labels in claims for label in labels}):
+            return [*claims]
         stubs: set[int] = set()
         for label in {label for labels in claims for label in labels}:
             owners = [arm for arm, labels in zip(self.arms, claims, strict=True) if label in labels]
@@ -172,11 +175,12 @@ class ArmTracker:
                 return True
         return False
 
-    def _is_fragment(self, part: Part) -> bool:
+    def _is_fragment(self, part: Part, standing: Standing) -> bool:
         """Return whether an island is the end of a finger of an arm; it is added to it then."""
         if part.pixels * self._lookout.pixel_mm**2 > _FRAGMENT_MM2:
             return False
-        near = [(arm.limb.off(part.centre), arm.key, arm) for arm in self.arms if arm.labels]
+        centre = standing.centre(part.label)
+        near = [(arm.limb.off(centre), arm.key, arm) for arm in self.arms if arm.labels]
         off, _, arm = min(near, default=(0.0, 0, None))
         if arm is None or off > self._lookout.px(_FRAGMENT_OFF_MM):
             return False
@@ -240,11 +244,11 @@ def _missed(arms: Sequence[Arm], t_ns: int) -> list[Arm]:
     return [replace(arm, labels=()) for arm in arms if t_ns - arm.seen_ns <= _LASTING_NS]
 
 
-def _apart(limb: Limb, part: Part) -> float:
+def _apart(limb: Limb, part: Part, standing: Standing) -> float:
     """Return how far a part is from where an arm was: its door from the arm's, or an island from the hand."""
     if part.doors:
         return min(dist(door, limb.door) for door in part.doors)
-    return dist(part.centre, limb.middle)
+    return dist(standing.centre(part.label), limb.middle)
 
 
 def _divided(held: Sequence[tuple[Arm, Sequence[int]]], standing: Standing) -> tuple[Pixels, list[int]]:
@@ -256,19 +260,19 @@ def _divided(held: Sequence[tuple[Arm, Sequence[int]]], standing: Standing) -> t
     for number, (_, labels) in enumerate(held):
         for label in labels:
             owners.setdefault(label, []).append(number)
-    places = np.reshape(cv2.findNonZero(standing.above), (-1, 2))
-    places = places[:: 1 + len(places) // _MOST_PIXELS]
-    seen = standing.labels[places[:, 1], places[:, 0]]
+    some = slice(None, None, 1 + len(standing.whose) // _MOST_PIXELS)
+    seen = standing.whose[some]
     first = np.full(standing.count, -1, np.intp)
     for label, numbers in owners.items():
         first[label] = numbers[0]
     whose = first.take(seen)
-    columns, rows = places[:, 0].astype(np.float32), places[:, 1].astype(np.float32)
+    columns, rows = standing.columns[some].astype(np.float32), standing.rows[some].astype(np.float32)
     for label, numbers in owners.items():
         if len(numbers) > 1:
             at = (seen == label).nonzero()[0]
             away = [held[number][0].limb.away(columns[at], rows[at]) for number in numbers]
             whose[at] = np.array(numbers)[np.argmin(away, axis=0)]
     kept = (whose >= 0).nonzero()[0]
-    present, again = np.unique(whose[kept], return_inverse=True)
-    return Pixels(columns[kept], rows[kept], np.asarray(again, np.intp)), present.tolist()
+    present = np.flatnonzero(np.bincount(whose[kept], minlength=len(held)))
+    again = present.searchsorted(whose[kept])
+    return Pixels(columns[kept], rows[kept], again), present.tolist()

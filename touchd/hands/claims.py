@@ -8,7 +8,7 @@ import numpy as np
 
 from touchd.hands.limb import Limb, Pixels, limbs_of
 from touchd.hands.lookout import Lookout
-from touchd.hands.standing import Indices, Part, Place, Standing
+from touchd.hands.standing import Indices, Place, Standing
 
 _DOOR_MM = 90.0  # an arm comes in at most so far from where it did in the last picture
 _GAP_MM = 45.0  # a hand is at most so far from the end of its arm; a thing left behind is farther
@@ -74,7 +74,7 @@ class Claims:
                 return [most]
             return [held, most]
         islands = [label for label in parts if of_all[label] > least and not parts[label].doors]
-        led = [label for label in islands if self.is_led(parts[label], standing)]
+        led = [label for label in islands if self.is_led(label, standing)] if len(islands) > 1 else []
         if led and held not in led:
             return [max(led, key=lambda label: of_all[label])]
         return [held] if held else []
@@ -97,17 +97,22 @@ class Claims:
         dark = standing.dark_doors(labels[0])
         if dark:
             return WayIn(_nearest(dark, before), 0.0, connected=False, led=True)
-        return WayIn(before, 0.0, connected=False, led=self._is_at_border(standing.parts[labels[0]]))
+        return WayIn(before, 0.0, connected=False, led=self._is_at_border(labels[0], standing))
 
-    def is_led(self, part: Part, standing: Standing) -> bool:
+    def is_led(self, label: int, standing: Standing) -> bool:
         """Return whether an arm may lead to an island, one of which there are no readings."""
-        return self._is_at_border(part) or bool(standing.dark_doors(part.label))
+        return self._is_at_border(label, standing) or bool(standing.dark_doors(label))
 
-    def _is_at_border(self, part: Part) -> bool:
-        near = self._lookout.px(_AT_BORDER_MM)
-        own, whole = part.window, self._lookout.window
-        gaps = own.left - whole.left, own.top - whole.top, whole.right - own.right, whole.bottom - own.bottom
-        return min(gaps) < near
+    def _is_at_border(self, label: int, standing: Standing) -> bool:
+        columns, rows = standing.places(label)
+        whole = self._lookout.window
+        gaps = (
+            columns.min() - whole.left,
+            rows.min() - whole.top,
+            whole.right - 1.0 - columns.max(),
+            whole.bottom - 1.0 - rows.max(),
+        )
+        return float(min(gaps)) < self._lookout.px(_AT_BORDER_MM)
 
 
 @dataclass(frozen=True, slots=True)

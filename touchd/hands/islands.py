@@ -19,10 +19,14 @@ _SAMPLES = 80
 
 @dataclass(frozen=True, slots=True)
 class _Island:
-    """An island: where it was first, and since when it has been about where it is. ``pixels`` are some of its own."""
+    """An island: where it was first, where it is now, and since when it has been near an ``anchor``.
+
+    ``pixels`` are some of its own, of the flat picture.
+    """
 
     first: Place
     anchor: Place
+    now: Place
     size: int
     since_ns: int
     seen_ns: int
@@ -59,7 +63,7 @@ class IslandWatch:
             if before is not None:
                 waiting.remove(before)
             island = self._followed(before, part, standing, t_ns)
-            if dist(island.first, part.centre) > self._walk_px:
+            if dist(island.first, island.now) > self._walk_px:
                 sorted_.walking.append(part)
             elif t_ns - island.since_ns >= _STILL_NS and part.pixels >= self._least_px:
                 sorted_.still.append(part)
@@ -70,14 +74,15 @@ class IslandWatch:
 
     def _followed(self, before: _Island | None, part: Part, standing: Standing, t_ns: int) -> _Island:
         columns, rows = standing.places(part.label)
+        centre = float(columns.mean()), float(rows.mean())
         flat = (rows * np.float32(standing.labels.shape[1]) + columns).astype(np.intp)
         pixels = flat[:: 1 + len(flat) // _SAMPLES]
         if before is None:
-            return _Island(part.centre, part.centre, part.pixels, t_ns, t_ns, pixels)
+            return _Island(centre, centre, centre, part.pixels, t_ns, t_ns, pixels)
         same = abs(part.pixels - before.size) <= _SAME_SIZE * before.size
-        if same and dist(before.anchor, part.centre) <= self._still_px:
-            return replace(before, seen_ns=t_ns, pixels=pixels)
-        return _Island(before.first, part.centre, part.pixels, t_ns, t_ns, pixels)
+        if same and dist(before.anchor, centre) <= self._still_px:
+            return replace(before, now=centre, seen_ns=t_ns, pixels=pixels)
+        return _Island(before.first, centre, centre, part.pixels, t_ns, t_ns, pixels)
 
 
 def _is(island: _Island, part: Part, standing: Standing) -> bool:

@@ -42,6 +42,8 @@ class Lookout:
     def __init__(self, surface: Surface, surface_map: SurfaceMap, area: AreaMap) -> None:
         self._surface_map = surface_map
         self._sensor = surface.sensor
+        facing = -np.sum(surface_map.rays[_SAMPLED] * surface_map.normals[_SAMPLED], axis=2)
+        self._facing = np.maximum(facing, np.float32(_LEAST_FACING))
         self._area = area
         self._to_ideal: list[list[float]] = np.linalg.inv(np.array(area.to_area)).tolist()
         valid = surface.valid[_SAMPLED]
@@ -65,17 +67,15 @@ class Lookout:
     def under(self, place: tuple[float, float], height_mm: float) -> tuple[float, float]:
         """Return the area coordinates of the surface under what is seen at a place, so high above it."""
         u, v = (COARSE_PX * at + _HALF for at in place)
-        level = self._surface_map.foot(u, v, 0.0)
-        foot = self._surface_map.foot(u, v, height_mm / max(level.facing, 0.1))
+        rows, columns = self.shape
+        facing = float(self._facing[min(max(round(place[1]), 0), rows - 1), min(max(round(place[0]), 0), columns - 1)])
+        foot = self._surface_map.foot(u, v, height_mm / facing)
         return self._area.of_point(foot.x_mm, foot.y_mm, foot.z_mm)
 
     def raw_at(self, heights_mm: Floats) -> Floats:
         """Return what is read of something so high above the surface at every coarse pixel (rows, columns)."""
-        rays, normals, depth = (
-            array[_SAMPLED] for array in (self._surface_map.rays, self._surface_map.normals, self._surface_map.depth)
-        )
-        facing = np.maximum(-np.sum(rays * normals, axis=2), _LEAST_FACING)
-        return raw_of_depth(self._sensor, (depth - heights_mm / facing).astype(np.float64)).astype(np.float32)
+        depth = self._surface_map.depth[_SAMPLED] - heights_mm / self._facing
+        return raw_of_depth(self._sensor, depth.astype(np.float64)).astype(np.float32)
 
     def place_of(self, x: float, y: float) -> tuple[float, float]:
         """Return where the surface at area coordinates is seen."""

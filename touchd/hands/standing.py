@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from touchd.hands.lookout import Lookout, Window
+from touchd.hands.lookout import Lookout
 from touchd.model import CoarsePicture, Floats, Mask
 
 Labels: TypeAlias = NDArray[np.uint16]
-Indices: TypeAlias = NDArray[np.intp]
+Indices: TypeAlias = NDArray[np.signedinteger]
 Bytes: TypeAlias = NDArray[np.uint8]
 Place: TypeAlias = tuple[float, float]  # column and row in the coarse picture
 
@@ -28,9 +28,7 @@ class Part:
     """What is connected. ``doors`` are where it comes in over the border, none for an island."""
 
     label: int
-    window: Window
     pixels: int
-    centre: Place
     doors: tuple[Place, ...]
 
 
@@ -39,7 +37,8 @@ class Standing:
     """All that stands above the surface. ``labels`` (rows, columns) tell which part a pixel belongs to, 0 for none.
 
     Labels that ``parts`` does not have are of what is too small to count. ``heights_mm`` are the picture's, averaged
-    over 3 x 3. ``above`` is 255 where there is a label, else 0.
+    over 3 x 3. ``above`` is 255 where there is a label, else 0; ``columns``, ``rows`` and ``whose`` (N,) list those
+    pixels and their labels.
     """
 
     labels: Labels
@@ -48,13 +47,20 @@ class Standing:
     heights_mm: Floats
     picture: CoarsePicture
     above: Bytes
+    columns: Indices
+    rows: Indices
+    whose: Labels
     border: "Border"
 
     def places(self, label: int) -> tuple[Floats, Floats]:
         """Return the columns and the rows (N,) of a part's pixels."""
-        window = self.parts[label].window
-        rows, columns = np.nonzero(self.labels[window.index] == label)
-        return (columns + window.left).astype(np.float32), (rows + window.top).astype(np.float32)
+        own = (self.whose == label).nonzero()[0]
+        return self.columns[own].astype(np.float32), self.rows[own].astype(np.float32)
+
+    def centre(self, label: int) -> Place:
+        """Return where the middle of a part is."""
+        columns, rows = self.places(label)
+        return float(columns.mean()), float(rows.mean())
 
     def dark_doors(self, label: int) -> tuple[Place, ...]:
         """Return where what leads to a part but gives no readings, such as a dark sleeve, comes in over the border."""
@@ -86,21 +92,20 @@ class Horizon:
         above = cv2.compare(smooth, levels_mm, cv2.CMP_GT)
         if cv2.countNonZero(above) < self._least_px:
             return None
-        count, found, stats, centres = cv2.connectedComponentsWithStats(above, None, None, None, 8, cv2.CV_16U)
+        # Statistics of the parts would cost as much again as all of this.
+        count, found = cv2.connectedComponents(above, None, 8, cv2.CV_16U)
         labels = np.asarray(found, np.uint16)
-        big = np.flatnonzero(stats[1:, cv2.CC_STAT_AREA] >= self._least_px) + 1
-        if not big.size:
+        places = np.asarray(cv2.findNonZero(above), np.int32).reshape(-1, 2)
+        columns, rows = places[:, 0], places[:, 1]
+        whose = labels.take(rows * labels.shape[1] + columns)
+        sizes = np.bincount(whose, minlength=count).tolist()
+        big = [label for label, size in enumerate(sizes) if size >= self._least_px]
+        if not big:
             return None
         doors = self._border.doors(labels)
-        parts = {
-            label: Part(
-                label, Window(left, top, left + width, top + height), pixels, (u, v), tuple(doors.get(label, ()))
-            )
-            for label, (left, top, width, height, pixels), (u, v) in zip(
-                big.tolist(), stats[big].tolist(), centres[big].tolist(), strict=True
-            )
-        }
-        return Standing(labels, count, parts, self._smooth, picture, np.asarray(above, np.uint8), self._border)
+        parts = {label: Part(label, sizes[label], tuple(doors.get(label, ()))) for label in big}
+        solid = np.asarray(above, np.uint8)
+        return Standing(labels, count, parts, self._smooth, picture, solid, columns, rows, whose, self._border)
 
 
 class Border:
