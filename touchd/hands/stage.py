@@ -19,6 +19,7 @@ from touchd.hands.things import ThingTracker
 from touchd.hands.whose import Owners, arm_at, label_at
 from touchd.model import COARSE_PX, CoarsePicture, Contact, Cursor, Floats, Hand, Hover, Image16, Mask, TableObject
 
+_SAMPLED = (slice(COARSE_PX // 2, None, COARSE_PX), slice(COARSE_PX // 2, None, COARSE_PX))
 _AROUND_MM = 13.0  # what stands so near to a touch point is its finger
 
 
@@ -63,12 +64,15 @@ class HandStage:
         """Go on under other settings."""
         self._things.adopt(settings)
 
-    def see(self, picture: CoarsePicture, t_ns: int) -> None:
-        """Take in one picture; what the other methods say is about it."""
+    def see(self, picture: CoarsePicture, t_ns: int, joined: Mask | None = None) -> None:
+        """Take in one picture; what the other methods say is about it.
+
+        ``joined`` (H, W): where things have become part of the surface by now.
+        """
         standing = self._horizon.find(picture, self._things.levels_mm)
         free = self._arms.step(standing, t_ns)
         islands = self._islands.step(free, standing, t_ns)
-        self._things.step(islands.still, picture, standing, t_ns)
+        self._things.step(islands.still, picture, standing, None if joined is None else joined[_SAMPLED], t_ns)
         if standing is not None:
             for part in islands.walking:
                 self._arms.adopt(part, standing, t_ns)
@@ -88,7 +92,7 @@ class HandStage:
     def due(self, t_ns: int) -> Mask | None:
         """Return where (H, W) the surface is to take in what has been lying there for long enough; None for nowhere.
 
-        It is said once. The surface does so by what it reads there becoming its own.
+        It is said once, and again if it did not happen for long.
         """
         mask = self._things.due(t_ns)
         if mask is None:

@@ -44,7 +44,7 @@ class Thing:
     """A thing that lies there since ``still_ns`` without a hand on it.
 
     ``outline``: in area coordinates. ``odd_ns``: since when it does not look as it did, None if it does. ``asked_ns``:
-    when the surface was asked to take it in; ``taken``: whether the surface then did.
+    when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface.
     """
 
     object_id: int
@@ -59,7 +59,7 @@ class Thing:
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How a thing looks in one picture: shares of its footprint, and the mean height of what is seen of it.
+    """How a thing looks in one picture, in shares of its footprint.
 
     ``seen``: nothing stands over it there; ``left``: of that, where it is not any more. ``touched``: whether something
     stands over it or beside it.
@@ -67,7 +67,6 @@ class Look:
 
     seen: float
     left: float
-    mean_mm: float
     touched: bool
 
 
@@ -113,9 +112,9 @@ def look_at(thing: Thing, picture: CoarsePicture, standing: Standing | None) -> 
         touched = bool(standing.labels.take(shape.ring).any()) or int(np.count_nonzero(seen)) < len(at) // 2
     heights = picture.heights_mm.take(at)[seen]
     if not heights.size:
-        return Look(0.0, 0.0, 0.0, touched)
+        return Look(0.0, 0.0, touched)
     left = float(np.count_nonzero(heights < np.float32(0.4) * expected[seen])) / len(heights)
-    return Look(len(heights) / len(at), left, float(heights.mean()), touched)
+    return Look(len(heights) / len(at), left, touched)
 
 
 def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
@@ -132,3 +131,8 @@ def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
     wrong = np.where(inside, off, expected).mean(axis=1) + np.float32(0.02) * np.hypot(down, right)
     best = int(wrong.argmin())
     return int(right[best]), int(down[best])
+
+
+def is_part(shape: Shape, surface: Mask) -> bool:
+    """Return whether most of a thing is in a mask (rows, columns)."""
+    return 2 * int(np.count_nonzero(surface.take(shape.footprint))) > len(shape.footprint)

@@ -11,7 +11,7 @@ from touchd.hands.clearing import Patch, patch_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.standing import Horizon, Part, Standing
-from touchd.hands.thing import Look, Shape, Thing, grown, look_at, mask_of, moved, outline_of, shape_of
+from touchd.hands.thing import Shape, Thing, grown, is_part, look_at, mask_of, moved, outline_of, shape_of
 from touchd.model import CoarsePicture, Mask
 
 _TALLEST_MM = 300.0  # what is higher was not put down
@@ -21,8 +21,7 @@ _BARELY_LEFT, _PARTLY_LEFT, _WHOLLY_LEFT = 0.03, 0.15, 0.7  # of it
 _ODD_NS = 150_000_000  # it looks odd for so long before it is believed
 _PUSH_MM = 35.0  # at most in a frame
 _AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
-_TAKEN_SHARE = 0.5  # of its height, at most, is left where the surface took a thing in
-_ASKED_NS = 1_000_000_000  # the surface takes it in within this time, or is asked again later
+_ASKED_NS = 5_000_000_000  # the surface takes it in within this time, or is asked again
 _THERE_SHARE = 0.5  # of the level: what is higher is the thing, once it is known that there is one
 _ZONE_MM = 15.0  # around a thing, in which its own edge could be taken for a fingertip
 _SIDE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
@@ -46,21 +45,29 @@ class ThingTracker:
         self.levels_mm = horizon.levels_mm
         self.patches: tuple[Patch, ...] = ()
 
-    def step(self, still: Sequence[Part], picture: CoarsePicture, standing: Standing | None, t_ns: int) -> None:
-        """Take in one picture, with the islands of it that have come to lie still."""
+    def step(
+        self,
+        still: Sequence[Part],
+        picture: CoarsePicture,
+        standing: Standing | None,
+        joined: Mask | None,
+        t_ns: int,
+    ) -> None:
+        """Take in one picture, with the islands of it that have come to lie still.
+
+        ``joined`` (rows, columns): where things are part of the surface.
+        """
         before = self.things
         if not before and not still:
             return
-        seen = [self._seen(thing, look_at(thing, picture, standing), picture, t_ns) for thing in before]
+        seen = [self._seen(thing, picture, standing, joined, t_ns) for thing in before]
         self.things = tuple(thing for thing in seen if thing is not None)
         self._lost = [(when, thing) for when, thing in self._lost if t_ns - when < _AGAIN_NS]
         self._lost += [(t_ns, thing) for thing, now in zip(before, seen, strict=True) if now is None]
         if standing is not None:
             for part in still:
                 self._settle(part, standing, t_ns)
-        if [(thing.object_id, thing.shape, thing.taken) for thing in before] != [
-            (thing.object_id, thing.shape, thing.taken) for thing in self.things
-        ]:
+        if [(thing.shape, thing.taken) for thing in before] != [(thing.shape, thing.taken) for thing in self.things]:
             self._draw()
 
     def adopt(self, settings: ObjectSettings) -> None:
@@ -75,47 +82,38 @@ class ThingTracker:
 
     def due(self, t_ns: int) -> Mask | None:
         """Return what the surface is to take in now (rows, columns), None for nothing; it counts as asked."""
-        wait_ns = self._settings.join_after_s * 1e9
-        due = [
-            thing
-            for thing in self.things
-            if thing.asked_ns is None and thing.odd_ns is None and t_ns - thing.still_ns >= wait_ns
-        ]
+        due = [thing for thing in self.things if self._is_due(thing, t_ns)]
         if not due:
             return None
         ids = {thing.object_id for thing in due}
         self.things = tuple(replace(t, asked_ns=t_ns) if t.object_id in ids else t for t in self.things)
-        self._draw()
         footprint = np.concatenate([thing.shape.footprint for thing in due])
         return grown(mask_of(footprint, self._lookout.shape), _SIDE)
 
-    def _seen(self, thing: Thing, look: Look, picture: CoarsePicture, t_ns: int) -> Thing | None:
-        """Return a thing as a picture shows it, None where it does not any more."""
-        if thing.asked_ns is not None:
-            return self._taken_in(thing, look, thing.asked_ns, t_ns)
-        still_ns = t_ns if look.touched else thing.still_ns
-        if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
-            return replace(thing, still_ns=still_ns, odd_ns=None)
-        odd_ns = t_ns if thing.odd_ns is None else thing.odd_ns
-        if look.touched:
-            pushed = self._pushed(thing, picture)
-            if pushed is not None:
-                return replace(
-                    thing, shape=pushed, outline=outline_of(pushed, self._lookout), still_ns=t_ns, odd_ns=None
-                )
-        if t_ns - odd_ns < _ODD_NS:
-            return replace(thing, still_ns=still_ns, odd_ns=odd_ns)
-        return None if look.left > _WHOLLY_LEFT else self._shrunk(thing, picture, t_ns)
+    def _is_due(self, thing: Thing, t_ns: int) -> bool:
+        asked = thing.asked_ns is not None and t_ns - thing.asked_ns < _ASKED_NS
+        lies = thing.odd_ns is None and t_ns - thing.still_ns >= self._settings.join_after_s * 1e9
+        return lies and not (thing.taken or asked)
 
-    def _taken_in(self, thing: Thing, look: Look, asked_ns: int, t_ns: int) -> Thing | None:
-        """Return a thing that the surface was to take in; None where it was taken away since."""
-        if look.seen < _LEAST_SEEN:
-            return thing
-        if thing.taken:
-            return None if look.mean_mm < -_TAKEN_SHARE * thing.height_mm else thing
-        if look.mean_mm < _TAKEN_SHARE * thing.height_mm:
+    def _seen(
+        self, thing: Thing, picture: CoarsePicture, standing: Standing | None, joined: Mask | None, t_ns: int
+    ) -> Thing | None:
+        """Return a thing as a picture shows it, None where it does not any more."""
+        if joined is not None and is_part(thing.shape, joined):
             return replace(thing, taken=True)
-        return thing if t_ns - asked_ns < _ASKED_NS else replace(thing, asked_ns=None, still_ns=t_ns)
+        if thing.taken:
+            return None
+        look = look_at(thing, picture, standing)
+        if look.touched:
+            thing = replace(thing, still_ns=t_ns, asked_ns=None)
+            pushed = self._pushed(thing, picture) if look.left > _BARELY_LEFT else None
+            if pushed is not None:
+                return replace(thing, shape=pushed, outline=outline_of(pushed, self._lookout), odd_ns=None)
+        if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
+            return replace(thing, odd_ns=None)
+        if thing.odd_ns is None or t_ns - thing.odd_ns < _ODD_NS:
+            return thing if thing.odd_ns is not None else replace(thing, odd_ns=t_ns)
+        return None if look.left > _WHOLLY_LEFT else self._shrunk(thing, picture, t_ns)
 
     def _pushed(self, thing: Thing, picture: CoarsePicture) -> Shape | None:
         """Return the shape of a thing that was pushed, None where it was not."""
@@ -153,7 +151,7 @@ class ThingTracker:
         rest: list[Thing] = []
         object_id: int | None = None
         for thing in self.things:
-            if thing.asked_ns is None and not beside.isdisjoint(thing.shape.footprint.tolist()):
+            if not thing.taken and not beside.isdisjoint(thing.shape.footprint.tolist()):
                 heights.ravel()[thing.shape.footprint] = thing.shape.heights_mm
                 object_id = object_id or thing.object_id
             else:
@@ -185,10 +183,9 @@ class ThingTracker:
         over_mm = self._level_mm + _OVER_MM + _OVER_STEPS * self._lookout.step_mm
         self.levels_mm = self._empty_mm
         zone = np.zeros(self._lookout.shape, np.uint8)
-        for shape in (thing.shape for thing in self.things if not thing.taken):
-            zone.ravel()[shape.footprint] = 1
-        shapes = [thing.shape for thing in self.things if thing.asked_ns is None]
+        shapes = [thing.shape for thing in self.things if not thing.taken]
         for shape in shapes:
+            zone.ravel()[shape.footprint] = 1
             heights = np.zeros(self._lookout.shape, np.float32)
             heights.ravel()[shape.footprint] = shape.heights_mm + np.float32(over_mm)
             self.levels_mm = np.maximum(self.levels_mm, np.asarray(cv2.dilate(heights, _SIDE), np.float32))
