@@ -6,7 +6,7 @@ from math import dist
 
 import numpy as np
 
-from touchd.hands.claims import NO_TRACES, Claims, Traces, WayIn
+from touchd.hands.claims import NO_TRACES, Claims, Traces, WayIn, nearest
 from touchd.hands.limb import Limb, Pixels, limbs_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.standing import Part, Place, Standing
@@ -73,7 +73,7 @@ class ArmTracker:
             return []
         claims = self._claimed(standing)
         self._reclaim(claims, standing)
-        claims = self._without_stubs(claims)
+        claims = self._without_stubs(claims, standing)
         self._follow(claims, standing, t_ns)
         owned = {label for arm in self.arms for label in arm.labels}
         free = [part for part in standing.parts.values() if part.label not in owned]
@@ -81,7 +81,11 @@ class ArmTracker:
             if part.doors and not (self._is_finger(part) or self._rejoin(part, standing)):
                 self._begin(part, part.doors[0], standing, t_ns)
         self._watch_doors(standing, t_ns)
-        return [part for part in free if not (part.doors or self._is_fragment(part, standing))]
+        islands = [part for part in free if not (part.doors or self._is_fragment(part, standing))]
+        sleeved = [part for part in islands if self._claims.is_sleeved(part.label, standing)]
+        for part in sleeved:
+            self.adopt(part, standing, t_ns)
+        return [part for part in islands if part not in sleeved]
 
     def adopt(self, part: Part, standing: Standing, t_ns: int) -> None:
         """Take an island for a hand, whose arm nobody sees."""
@@ -108,15 +112,17 @@ class ArmTracker:
                     labels.append(label)
                     owned.add(label)
 
-    def _without_stubs(self, claims: Sequence[list[int]]) -> list[list[int]]:
-        """Forget arms that never reached in and that became one with another: fingers of its hand, or its shoulder."""
+    def _without_stubs(self, claims: Sequence[list[int]], standing: Standing) -> list[list[int]]:
+        """Forget arms that never reached in and became one with another: fingers of its hand, or its shoulder."""
         if sum(map(len, claims)) == len({label for labels in claims for label in labels}):
             return [*claims]
         stubs: set[int] = set()
         for label in {label for labels in claims for label in labels}:
             owners = [arm for arm, labels in zip(self.arms, claims, strict=True) if label in labels]
             longest = max(owners, key=lambda arm: arm.longest)
-            stubs |= {arm.key for arm in owners if arm is not longest and arm.longest < self._lookout.px(_HALF_IN_MM)}
+            short = [arm for arm in owners if arm is not longest and arm.longest < self._lookout.px(_HALF_IN_MM)]
+            doors = standing.parts[label].doors
+            stubs |= {arm.key for arm in short if _same_door(arm, longest, doors)}
         kept = [(arm, labels) for arm, labels in zip(self.arms, claims, strict=True) if arm.key not in stubs]
         self.arms = tuple(arm for arm, _ in kept)
         return [labels for _, labels in kept]
@@ -127,7 +133,7 @@ class ArmTracker:
         pixels, numbers = _divided(held, standing)
         held = [held[number] for number in numbers]
         ways = [self._claims.way_in(arm.limb.door, labels, standing) for arm, labels in held]
-        limbs, at_hand = limbs_of(pixels, standing.heights_mm, [way.door for way in ways], self._hand_px)
+        limbs, at_hand = limbs_of(pixels, standing.picture.heights_mm, [way.door for way in ways], self._hand_px)
         flat = (pixels.rows * np.float32(standing.labels.shape[1]) + pixels.columns).astype(np.intp)
         self._traces = Traces(tuple(arm.key for arm, _ in held), flat, pixels.whose, at_hand)
         followed = [
@@ -202,7 +208,7 @@ class ArmTracker:
 
     def _limb(self, columns: Floats, rows: Floats, door: Place, standing: Standing) -> Limb:
         alone = Pixels(columns, rows, np.zeros(len(rows), np.intp))
-        (limb,), _ = limbs_of(alone, standing.heights_mm, [door], self._hand_px)
+        (limb,), _ = limbs_of(alone, standing.picture.heights_mm, [door], self._hand_px)
         return limb
 
     def _watch_doors(self, standing: Standing, t_ns: int) -> None:
@@ -237,6 +243,10 @@ class ArmTracker:
         sides = (window.left, v), (window.right - 1, v), (u, window.top), (u, window.bottom - 1)
         nearest = min(sides, key=lambda at: dist(at, place))
         return float(nearest[0]), float(nearest[1])
+
+
+def _same_door(arm: Arm, other: Arm, doors: Sequence[Place]) -> bool:
+    return not doors or nearest(doors, arm.limb.door) == nearest(doors, other.limb.door)
 
 
 def _missed(arms: Sequence[Arm], t_ns: int) -> list[Arm]:

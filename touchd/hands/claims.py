@@ -14,6 +14,7 @@ _DOOR_MM = 90.0  # an arm comes in at most so far from where it did in the last 
 _GAP_MM = 45.0  # a hand is at most so far from the end of its arm; a thing left behind is farther
 _HELD_SHARE = 0.25  # of a hand's pixels must still be there
 _ENTERED_SHARE = 0.05  # of an arm's
+_HAND_MM = 28.0  # a hand rises higher somewhere
 _AT_BORDER_MM = 40.0  # a hand so near to the border needs no arm in the picture
 
 
@@ -79,11 +80,17 @@ class Claims:
             return [max(led, key=lambda label: of_all[label])]
         return [held] if held else []
 
+    def at_door(self, limb: Limb, standing: Standing) -> list[int]:
+        """Return the label of the part that comes in where an arm did."""
+        doors = [(dist(door, limb.door), label) for label, part in standing.parts.items() for door in part.doors]
+        distance, label = min(doors, default=(0.0, 0))
+        return [label] if label and distance < self._lookout.px(_DOOR_MM) else []
+
     def is_left(self, arm: int, held: int, door: Place, standing: Standing) -> bool:
         """Return whether an arm ends too far from an island for that to be its hand."""
         columns, rows = standing.places(arm)
         alone = Pixels(columns, rows, np.zeros(len(rows), np.intp))
-        (limb,), _ = limbs_of(alone, standing.heights_mm, [door], self._hand_px)
+        (limb,), _ = limbs_of(alone, standing.picture.heights_mm, [door], self._hand_px)
         columns, rows = standing.places(held)
         away = np.hypot(columns - np.float32(limb.tip[0]), rows - np.float32(limb.tip[1]))
         return float(away.min()) > self._lookout.px(_GAP_MM)
@@ -92,16 +99,22 @@ class Claims:
         """Return how an arm in parts comes in, that did at a place before; the first of its parts is its hand's."""
         doors = [door for label in labels for door in standing.parts[label].doors]
         if doors:
-            door = _nearest(doors, before)
+            door = nearest(doors, before)
             return WayIn(door, _height_mm(door, standing), connected=True, led=True)
         dark = standing.dark_doors(labels[0])
         if dark:
-            return WayIn(_nearest(dark, before), 0.0, connected=False, led=True)
+            return WayIn(nearest(dark, before), 0.0, connected=False, led=True)
         return WayIn(before, 0.0, connected=False, led=self._is_at_border(labels[0], standing))
 
     def is_led(self, label: int, standing: Standing) -> bool:
         """Return whether an arm may lead to an island, one of which there are no readings."""
         return self._is_at_border(label, standing) or bool(standing.dark_doors(label))
+
+    def is_sleeved(self, label: int, standing: Standing) -> bool:
+        """Return whether an island that nobody knows is a hand to which a dark sleeve leads."""
+        columns, rows = standing.places(label)
+        heights = standing.heights_mm[rows.astype(np.intp), columns.astype(np.intp)]
+        return float(heights.max()) > _HAND_MM and bool(standing.dark_doors(label))
 
     def _is_at_border(self, label: int, standing: Standing) -> bool:
         columns, rows = standing.places(label)
@@ -132,5 +145,6 @@ def _height_mm(door: Place, standing: Standing) -> float:
     return max(0.0, float(standing.heights_mm[round(door[1]), round(door[0])]))
 
 
-def _nearest(doors: Sequence[Place], place: Place) -> Place:
+def nearest(doors: Sequence[Place], place: Place) -> Place:
+    """Return the door that is nearest to a place."""
     return min(doors, key=lambda door: dist(door, place))

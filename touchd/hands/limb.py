@@ -11,6 +11,7 @@ from touchd.hands.standing import Indices, Place
 from touchd.model import Floats
 
 _AHEAD = 2.0  # times the way from a hand's middle to its end, a hand may be that is partly hidden
+_STANDS_MM = 5.0  # pixels on the edge of a hand show less of it
 _ELBOW, _ELBOW_WIDTH = 0.5, 0.15  # of the way from door to tip
 
 
@@ -86,7 +87,9 @@ def limbs_of(pixels: Pixels, heights_mm: Floats, doors: Sequence[Place], hand_px
     tip_u, tip_v = columns[tip], rows[tip]
     at_hand = (np.hypot(columns - tip_u[whose], rows - tip_v[whose]) < hand_px).nonzero()[0]
     at_elbow = (np.abs(way - _ELBOW * reach) <= _ELBOW_WIDTH * reach + 1.0).nonzero()[0]
-    middle_u, middle_v, height = _means(at_hand, whose, count, (columns, rows, _at(heights_mm, pixels)))
+    middle_u, middle_v = _means(at_hand, whose, count, (columns, rows))
+    heights = heights_mm[rows.astype(np.intp), columns.astype(np.intp)]
+    (height,) = _means(at_hand[heights[at_hand] > _STANDS_MM], whose, count, (heights,))
     elbow_u, elbow_v = _means(at_elbow, whose, count, (columns, rows))
     limbs = [
         Limb(
@@ -99,10 +102,6 @@ def limbs_of(pixels: Pixels, heights_mm: Floats, doors: Sequence[Place], hand_px
         for i in range(count)
     ]
     return limbs, at_hand
-
-
-def _at(heights_mm: Floats, pixels: Pixels) -> Floats:
-    return heights_mm[pixels.rows.astype(np.intp), pixels.columns.astype(np.intp)]
 
 
 def _means(chosen: Indices, whose: Indices, count: int, of: Sequence[Floats]) -> list[list[float]]:

@@ -36,7 +36,8 @@ class Window:
 class Lookout:
     """Tables made once per surface. Places are in px of the coarse picture, (column, row), unless named otherwise.
 
-    ``table`` (rows, columns): where the surface is seen, ``window``: the rectangle around it.
+    ``known`` (rows, columns): where the surface has a reading; ``table``: where it is seen, blind spots included;
+    ``window``: the rectangle around that.
     """
 
     def __init__(self, surface: Surface, surface_map: SurfaceMap, area: AreaMap) -> None:
@@ -53,6 +54,7 @@ class Lookout:
         self.depth_mm = depth_mm
         self.pixel_mm = COARSE_PX * depth_mm / area.intrinsics.fx
         self.step_mm = _step_mm(surface, depth_mm)
+        self.known: Mask = valid
         self.table = _table(valid, surface_map)
         self.window = _around(self.table)
 

@@ -64,7 +64,7 @@ class Standing:
 
     def dark_doors(self, label: int) -> tuple[Place, ...]:
         """Return where what leads to a part but gives no readings, such as a dark sleeve, comes in over the border."""
-        dark = cv2.dilate(cv2.erode(np.logical_not(self.picture.readings).view(np.uint8), _SPECK), _REACH)
+        dark = cv2.dilate(cv2.erode((self.border.known & ~self.picture.readings).view(np.uint8), _SPECK), _REACH)
         _, labels = cv2.connectedComponents(dark, None, 8, cv2.CV_16U)
         columns, rows = self.places(label)
         near = np.bincount(labels[rows.astype(np.intp), columns.astype(np.intp)])
@@ -84,7 +84,7 @@ class Horizon:
         self._least_px = max(_LEAST_PX, round(_LEAST_MM2 / lookout.pixel_mm**2))
         self._table = lookout.table.astype(np.float32)
         self._smooth = np.empty(lookout.shape, np.float32)
-        self._border = Border(lookout.table)
+        self._border = Border(lookout.table, lookout.known)
 
     def find(self, picture: CoarsePicture, levels_mm: Floats) -> Standing | None:
         """Return what stands higher than levels (rows, columns), None where nothing does."""
@@ -111,8 +111,9 @@ class Horizon:
 class Border:
     """The border of where the surface is seen, followed around it."""
 
-    def __init__(self, table: Mask) -> None:
-        """``table`` (rows, columns): where that is."""
+    def __init__(self, table: Mask, known: Mask) -> None:
+        """``table`` (rows, columns): where that is; ``known``: without the blind spots in it."""
+        self.known = known
         outlines, _ = cv2.findContours(table.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         largest = max(outlines, key=cv2.contourArea, default=np.zeros((0, 1, 2), np.int32))
         places = np.reshape(largest, (-1, 2))
