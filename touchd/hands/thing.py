@@ -12,7 +12,7 @@ from touchd.model import CoarsePicture, Floats, Mask
 
 _CORNER_MM = 5.0  # by so much at most the outline's polygon leaves the outline
 _RING = np.ones((7, 7), np.uint8)
-_SAMPLES = 160
+_SAMPLES, _SCATTER = 160, 7919  # a prime
 _TYPICAL = 0.75
 
 
@@ -21,22 +21,19 @@ class Shape:
     """Where a thing stands and how high. Pixels are those of the flat coarse picture.
 
     ``footprint`` (N,) with ``heights_mm`` (N,); ``ring`` (M,): the pixels around it. ``centre``: (column, row).
+    ``some`` (K,) of its pixels, scattered over it, are looked at in every picture.
     """
 
     footprint: Indices
     heights_mm: Floats
     ring: Indices
     centre: Place
+    some: Indices
 
     @property
     def height_mm(self) -> float:
         """How high it typically is: what a camera beside it sees of its sides is lower."""
         return float(np.quantile(self.heights_mm, _TYPICAL))
-
-    @property
-    def samples(self) -> slice:
-        """Which pixels of the footprint are looked at in every picture."""
-        return slice(None, None, 1 + len(self.footprint) // _SAMPLES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +73,10 @@ def shape_of(mask: Mask, heights_mm: Floats) -> Shape:
     footprint = np.flatnonzero(own)
     ring = np.flatnonzero(cv2.dilate(own, _RING) != own)
     rows, columns = np.divmod(footprint, mask.shape[1])
-    return Shape(footprint, heights_mm.take(footprint), ring, (float(columns.mean()), float(rows.mean())))
+    centre = float(columns.mean()), float(rows.mean())
+    # Regular steps would miss a push by as little as they skip.
+    some = np.arange(min(_SAMPLES, len(footprint))) * _SCATTER % len(footprint)
+    return Shape(footprint, heights_mm.take(footprint), ring, centre, some)
 
 
 def mask_of(footprint: Indices, size: tuple[int, ...]) -> Mask:
@@ -104,7 +104,7 @@ def outline_of(shape: Shape, lookout: Lookout) -> tuple[Place, ...]:
 def look_at(thing: Thing, picture: CoarsePicture, standing: Standing | None) -> Look:
     """Return how a thing looks in a picture; what is as high as it was is not part of what stands there."""
     shape = thing.shape
-    at, expected = shape.footprint[shape.samples], shape.heights_mm[shape.samples]
+    at, expected = shape.footprint[shape.some], shape.heights_mm[shape.some]
     seen = picture.readings.take(at)
     touched = False
     if standing is not None:
@@ -120,7 +120,7 @@ def look_at(thing: Thing, picture: CoarsePicture, standing: Standing | None) -> 
 def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
     """Return by how many columns and rows a shape has moved, at most so many, as its heights show."""
     rows, columns = picture.heights_mm.shape
-    at, expected = shape.footprint[shape.samples], shape.heights_mm[shape.samples]
+    at, expected = shape.footprint[shape.some], shape.heights_mm[shape.some]
     v, u = np.divmod(at, columns)
     steps = np.arange(-reach, reach + 1)
     down, right = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
