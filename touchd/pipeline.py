@@ -15,7 +15,7 @@ from touchd.contacts.settings import BlobSettings
 from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
-from touchd.hands.stage import FIRST_IDS, HandStage
+from touchd.hands.stage import HandStage, stage_over
 from touchd.model import AreaCorners, Frame, Mask, Sensor, Shell, State, Surface, TouchFrame
 from touchd.surface.calibrate import Calibration
 from touchd.surface.coarse import CoarseHeights
@@ -187,13 +187,8 @@ class Pipeline:
     def adopt(self, settings: PipelineSettings, ready: Ready | None) -> None:
         """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
         self._settings = settings
-        if ready is not None and (
-            self._hands is None or self._ready is None or ready.lookout is not self._ready.lookout
-        ):
-            first = FIRST_IDS if self._hands is None else self._hands.next_ids
-            self._hands = HandStage(ready.lookout, settings.objects, first)
-        elif self._hands is not None:
-            self._hands.adopt(settings.objects)
+        if ready is not None:
+            self._hands = stage_over(ready.lookout, settings.objects, self._hands)
         self._ready = ready
         self._tracker.adopt(settings.tracking, ready.area.size_mm if ready else (1.0, 1.0))
         self._hovers.adopt(settings.tracking)

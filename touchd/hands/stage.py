@@ -39,7 +39,7 @@ class HandStage:
     """Knows hands, people and things over one surface. Pictures are given in the order of their times."""
 
     def __init__(self, lookout: Lookout, settings: ObjectSettings, first: FirstIds = FIRST_IDS) -> None:
-        self._lookout = lookout
+        self.lookout = lookout
         self._horizon = Horizon(lookout)
         self._arms = ArmTracker(lookout)
         self._people = People(lookout, first.hand, first.person)
@@ -47,7 +47,7 @@ class HandStage:
         self._things = ThingTracker(lookout, self._horizon, settings, first.thing)
         self._ledges = Ledges(lookout, self._horizon.level_mm)
         self._cursors, self._hovers = Owners(), Owners()
-        self._around_px = self._lookout.px(_AROUND_MM)
+        self._around_px = self.lookout.px(_AROUND_MM)
         self._standing: Standing | None = None
 
     @property
@@ -57,7 +57,7 @@ class HandStage:
 
     def end_all(self) -> None:
         """Forget all hands, because no pictures came for a while; things still lie where they did."""
-        self._arms = ArmTracker(self._lookout)
+        self._arms = ArmTracker(self.lookout)
         self._standing = None
 
     def adopt(self, settings: ObjectSettings) -> None:
@@ -128,16 +128,16 @@ class HandStage:
         return {hand_id for arm in self._arms.arms if (hand_id := self._people.hand_of(arm)) is not None}
 
     def _hand(self, hand_id: int, limb: Limb) -> Hand:
-        x, y = self._lookout.under(limb.middle, limb.height_mm)
+        x, y = self.lookout.under(limb.middle, limb.height_mm)
         return Hand(hand_id, x, y, limb.height_mm, self._people.side_of(hand_id), self._people.person_of(hand_id))
 
     def _hand_at(self, x: float, y: float) -> int | None:
-        arm = arm_at(self._lookout.place_of(x, y), self._standing, self._arms.arms, self._around_px)
+        arm = arm_at(self.lookout.place_of(x, y), self._standing, self._arms.arms, self._around_px)
         return None if arm is None else self._people.hand_of(arm)
 
     def _judged(self, contact: Contact) -> Contact | None:
         """Return a contact as far as it may be a fingertip's."""
-        place = self._lookout.place_of(contact.x, contact.y)
+        place = self.lookout.place_of(contact.x, contact.y)
         on_thing = self._things.holds(place)
         label = label_at(place, self._standing, 0.0 if on_thing else self._around_px)
         owners = [arm for arm in self._arms.arms if label in arm.labels]
@@ -146,3 +146,11 @@ class HandStage:
         if on_thing and not owners:
             return None
         return replace(contact, firm=False) if label else contact
+
+
+def stage_over(lookout: Lookout, settings: ObjectSettings, before: HandStage | None) -> HandStage:
+    """Return the stage over a surface: the one before if it is of the same one, else one that goes on counting."""
+    if before is not None and before.lookout is lookout:
+        before.adopt(settings)
+        return before
+    return HandStage(lookout, settings, FIRST_IDS if before is None else before.next_ids)
