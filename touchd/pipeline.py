@@ -148,15 +148,9 @@ class Pipeline:
         seen = ready.method.find(raw, self._tracker.expected_mm(frame.t_ns))
         cursors = self._tracker.step(hands.admitted(seen.contacts), frame.t_ns, seen.lifted_mm)
         hovers = self._hovers.step(hands.admitted(seen.hovers), self._tracker.places_mm, frame.t_ns)
+        cursors, hovers = hands.owned(cursors, hovers)
         return TouchFrame(
-            index=frame.index,
-            t_ns=frame.t_ns,
-            state=State.TRACKING,
-            cursors=hands.own_cursors(cursors),
-            why=self._why,
-            hovers=hands.own_hovers(hovers),
-            hands=hands.hands,
-            objects=hands.objects,
+            frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers, hands.hands, hands.objects
         )
 
     def stall(self, t_ns: int) -> TouchFrame:

@@ -1,13 +1,17 @@
 """Hands over the table: whose arm is whose, for how long, and where."""
 
-from math import dist
+from math import cos, dist, radians, sin
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from touchd.hands.stage import HandStage
+from touchd.hands.thumbs import thumb_side
+from touchd.model import Frame
 from touchd.table.hands import HandPose, open_hand, pointing_hand
 from touchd.table.scene import Hand, Place
 
-from tabletop import Watch, in_dark_sleeve, tabletop
+from tabletop import FRAME_NS, Watch, in_dark_sleeve, tabletop
 
 HEIGHTS = (750.0, 1500.0)
 
@@ -152,3 +156,34 @@ def test_a_head_that_leans_in_is_no_hand() -> None:
     for _ in range(8):
         stage = watch.see(high)
     assert stage.hands == ()
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_five_fingertips_tell_a_left_hand_from_a_right_one(side: str) -> None:
+    top = tabletop(750.0)
+    pipeline = top.pipeline()
+    for index in range(30, 48):
+        hand = open_hand(HandPose((0.0, 0.0), left=side == "left", heading_deg=20.0))
+        frame = pipeline.step(Frame(index, index * FRAME_NS, top.picture([hand], index)))
+    assert [hand.side for hand in frame.hands] == [side]
+
+
+@given(
+    turn=st.floats(-35.0, 35.0),
+    heading=st.floats(0.0, 360.0),
+    order=st.permutations(range(5)),
+)
+def test_a_hand_and_its_mirror_image_are_told_apart_however_it_is_turned(
+    turn: float, heading: float, order: list[int]
+) -> None:
+    # Forward and to the right of a right hand, from thumb to little finger.
+    fan = [(-70.0, -60.0), (-8.0, -28.0), (0.0, 0.0), (-8.0, 27.0), (-28.0, 50.0)]
+    ahead = sin(radians(heading)), -cos(radians(heading))
+    for mirror, side in ((1.0, "right"), (-1.0, "left")):
+        angle = radians(heading + turn)
+        tips = [
+            (forward * sin(angle) + mirror * right * cos(angle), -forward * cos(angle) + mirror * right * sin(angle))
+            for forward, right in fan
+        ]
+        assert thumb_side([tips[i] for i in order], ahead) == side
+        assert thumb_side([tips[i] for i in order[:4]], ahead) is None

@@ -46,6 +46,7 @@ class Lookout:
         facing = -np.sum(surface_map.rays[_SAMPLED] * surface_map.normals[_SAMPLED], axis=2)
         self._facing = np.maximum(facing, np.float32(_LEAST_FACING))
         self._area = area
+        self.area_mm = area.size_mm
         self._to_ideal: list[list[float]] = np.linalg.inv(np.array(area.to_area)).tolist()
         valid = surface.valid[_SAMPLED]
         depth = surface_map.depth[_SAMPLED][valid]

@@ -9,7 +9,7 @@ from touchd.hands.lookout import Lookout
 from touchd.hands.standing import Place
 
 _SHOULDERS_MM = 750.0  # two arms of a person come in at most so far apart on one side of the table,
-_CORNER_MM = 250.0  # and so far apart around a corner
+_CORNER_MM = 350.0  # and so far apart around a corner
 _LASTING_NS = 1_500_000_000  # a person without an arm in the picture is remembered for so long
 _APART_MM = 110.0  # arms that come in nearer to each other may have crossed
 _MOST_ARMS = 2

@@ -16,6 +16,7 @@ from touchd.hands.people import People
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.standing import Horizon, Standing
 from touchd.hands.things import ThingTracker
+from touchd.hands.thumbs import FINGERS, Thumbs, thumb_side
 from touchd.hands.whose import Owners, arm_at, label_at
 from touchd.model import COARSE_PX, CoarsePicture, Contact, Cursor, Floats, Hand, Hover, Image16, Mask, TableObject
 
@@ -46,7 +47,7 @@ class HandStage:
         self._islands = IslandWatch(lookout)
         self._things = ThingTracker(lookout, self._horizon, settings, first.thing)
         self._ledges = Ledges(lookout, self._horizon.level_mm)
-        self._cursors, self._hovers = Owners(), Owners()
+        self._cursors, self._hovers, self._thumbs = Owners(), Owners(), Thumbs()
         self._around_px = self.lookout.px(_AROUND_MM)
         self._standing: Standing | None = None
 
@@ -101,21 +102,32 @@ class HandStage:
         large: Mask = np.asarray(cv2.resize(mask.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)) > 0
         return large
 
-    def own_cursors(self, cursors: Sequence[Cursor]) -> tuple[Cursor, ...]:
-        """Return the cursors, each with its hand."""
-        hands = self._cursors.settle({c.session_id: self._hand_at(c.x, c.y) for c in cursors}, self._living)
-        return tuple(replace(cursor, hand=hands[cursor.session_id]) for cursor in cursors)
+    def owned(self, cursors: Sequence[Cursor], hovers: Sequence[Hover]) -> tuple[tuple[Cursor, ...], tuple[Hover, ...]]:
+        """Return fingertips, each with its hand; they tell left hands from right ones, too."""
+        living = self._living
+        of_cursors = self._cursors.settle({c.session_id: self._hand_at(c.x, c.y) for c in cursors}, living)
+        of_hovers = self._hovers.settle({h.hover_id: self._hand_at(h.x, h.y) for h in hovers}, living)
+        owned = (
+            tuple(replace(cursor, hand=of_cursors[cursor.session_id]) for cursor in cursors),
+            tuple(replace(hover, hand=of_hovers[hover.hover_id]) for hover in hovers),
+        )
+        self._thumbs.step({hand: self._thumb_side(limb, hand, *owned) for hand, limb in self._named()})
+        return owned
 
-    def own_hovers(self, hovers: Sequence[Hover]) -> tuple[Hover, ...]:
-        """Return the fingertips in the air, each with its hand."""
-        hands = self._hovers.settle({h.hover_id: self._hand_at(h.x, h.y) for h in hovers}, self._living)
-        return tuple(replace(hover, hand=hands[hover.hover_id]) for hover in hovers)
+    def _thumb_side(self, limb: Limb, hand: int, cursors: Sequence[Cursor], hovers: Sequence[Hover]) -> str | None:
+        tips = [(cursor.x, cursor.y) for cursor in cursors if cursor.hand == hand]
+        tips += [(hover.x, hover.y) for hover in hovers if hover.hand == hand]
+        if len(tips) != FINGERS:
+            return None
+        width_mm, depth_mm = self.lookout.area_mm
+        begin, end = self.lookout.under(limb.door, 0.0), self.lookout.under(limb.middle, limb.height_mm)
+        ahead = (end[0] - begin[0]) * width_mm, (end[1] - begin[1]) * depth_mm
+        return thumb_side([(x * width_mm, y * depth_mm) for x, y in tips], ahead)
 
     @property
     def hands(self) -> tuple[Hand, ...]:
         """The hands over the surface, in the order of their ids."""
-        named = ((self._people.hand_of(arm), arm.limb) for arm in self._arms.arms)
-        hands = [self._hand(hand_id, limb) for hand_id, limb in named if hand_id is not None]
+        hands = (self._hand(hand_id, limb) for hand_id, limb in self._named())
         return tuple(sorted(hands, key=lambda hand: hand.hand_id))
 
     @property
@@ -125,11 +137,17 @@ class HandStage:
 
     @property
     def _living(self) -> set[int]:
-        return {hand_id for arm in self._arms.arms if (hand_id := self._people.hand_of(arm)) is not None}
+        return {hand_id for hand_id, _ in self._named()}
+
+    def _named(self) -> list[tuple[int, Limb]]:
+        """Return the limbs of the hands that have ids."""
+        named = ((self._people.hand_of(arm), arm.limb) for arm in self._arms.arms)
+        return [(hand_id, limb) for hand_id, limb in named if hand_id is not None]
 
     def _hand(self, hand_id: int, limb: Limb) -> Hand:
         x, y = self.lookout.under(limb.middle, limb.height_mm)
-        return Hand(hand_id, x, y, limb.height_mm, self._people.side_of(hand_id), self._people.person_of(hand_id))
+        side = self._thumbs.side_of(hand_id) or self._people.side_of(hand_id)
+        return Hand(hand_id, x, y, limb.height_mm, side, self._people.person_of(hand_id))
 
     def _hand_at(self, x: float, y: float) -> int | None:
         arm = arm_at(self.lookout.place_of(x, y), self._standing, self._arms.arms, self._around_px)
