@@ -6,9 +6,11 @@ from math import dist
 
 import numpy as np
 
-from touchd.hands.claims import NO_TRACES, Claims, Traces, WayIn, nearest
+from touchd.hands.arm import Arm
+from touchd.hands.claims import NO_TRACES, Claims, Traces, WayIn
 from touchd.hands.limb import Limb, Pixels, limbs_of
 from touchd.hands.lookout import Lookout
+from touchd.hands.needless import HALF_IN_MM, Needless
 from touchd.hands.standing import Part, Place, Standing
 from touchd.model import Floats
 
@@ -22,28 +24,7 @@ _BRANCH_MM = 100.0  # as long must be what comes in at another door
 _OTHER_DOOR_NS = 100_000_000  # and for so long
 _CALM_MM, _CALM_NS = 8.0, 300_000_000  # what moves less in so long, and has no arm, is no hand
 _FRAGMENT_MM2, _FRAGMENT_OFF_MM = 600.0, 45.0  # a smaller island so near to an arm is a finger's end
-_HALF_IN_MM = 140.0  # of an arm; its hand's fingers may come in one by one
 _MOST_PIXELS = 900  # of all arms that are looked at
-
-
-@dataclass(frozen=True, slots=True)
-class Arm:
-    """An arm as it was last seen; ``key`` tells it from all others.
-
-    ``labels``: the parts of the last picture that it is, or shares; empty if it is missed.
-
-    ``longest``: how far it has reached in so far, in px. ``calm_at``: where its hand has been since ``calm_ns``.
-    """
-
-    key: int
-    born_ns: int
-    seen_ns: int
-    limb: Limb
-    labels: tuple[int, ...]
-    way: WayIn
-    longest: float
-    calm_at: Place
-    calm_ns: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +42,7 @@ class ArmTracker:
         self._lookout = lookout
         self._hand_px = lookout.px(_HAND_MM)
         self._claims = Claims(lookout, self._hand_px)
+        self._needless = Needless(lookout, self._hand_px)
         self._traces = NO_TRACES
         self._other_doors: list[_OtherDoor] = []
         self._next_key = 1
@@ -73,7 +55,7 @@ class ArmTracker:
             return []
         claims = self._claimed(standing)
         self._reclaim(claims, standing)
-        claims = self._without_stubs(claims, standing)
+        claims = self._without_needless(claims, standing, t_ns)
         self._follow(claims, standing, t_ns)
         owned = {label for arm in self.arms for label in arm.labels}
         free = [part for part in standing.parts.values() if part.label not in owned]
@@ -112,18 +94,10 @@ class ArmTracker:
                     labels.append(label)
                     owned.add(label)
 
-    def _without_stubs(self, claims: Sequence[list[int]], standing: Standing) -> list[list[int]]:
-        """Forget arms that never reached in and became one with another: fingers of its hand, or its shoulder."""
-        if sum(map(len, claims)) == len({label for labels in claims for label in labels}):
-            return [*claims]
-        stubs: set[int] = set()
-        for label in {label for labels in claims for label in labels}:
-            owners = [arm for arm, labels in zip(self.arms, claims, strict=True) if label in labels]
-            longest = max(owners, key=lambda arm: arm.longest)
-            short = [arm for arm in owners if arm is not longest and arm.longest < self._lookout.px(_HALF_IN_MM)]
-            doors = standing.parts[label].doors
-            stubs |= {arm.key for arm in short if _same_door(arm, longest, doors)}
-        kept = [(arm, labels) for arm, labels in zip(self.arms, claims, strict=True) if arm.key not in stubs]
+    def _without_needless(self, claims: Sequence[list[int]], standing: Standing, t_ns: int) -> list[list[int]]:
+        """Forget arms that are one with another, and return the claims of the others."""
+        needless = self._needless.among(self.arms, claims, standing, t_ns)
+        kept = [(arm, labels) for arm, labels in zip(self.arms, claims, strict=True) if arm.key not in needless]
         self.arms = tuple(arm for arm, _ in kept)
         return [labels for _, labels in kept]
 
@@ -174,7 +148,7 @@ class ArmTracker:
 
     def _is_finger(self, part: Part) -> bool:
         """Return whether what comes in is another finger of a hand that is only half in; it is added to it then."""
-        beside, short = self._lookout.px(_OTHER_DOOR_MM), self._lookout.px(_HALF_IN_MM)
+        beside, short = self._lookout.px(_OTHER_DOOR_MM), self._lookout.px(HALF_IN_MM)
         for arm in self.arms:
             if arm.labels and arm.limb.reach < short and dist(part.doors[0], arm.limb.door) < beside:
                 self._put(replace(arm, labels=(*arm.labels, part.label)))
@@ -243,10 +217,6 @@ class ArmTracker:
         sides = (window.left, v), (window.right - 1, v), (u, window.top), (u, window.bottom - 1)
         nearest = min(sides, key=lambda at: dist(at, place))
         return float(nearest[0]), float(nearest[1])
-
-
-def _same_door(arm: Arm, other: Arm, doors: Sequence[Place]) -> bool:
-    return not doors or nearest(doors, arm.limb.door) == nearest(doors, other.limb.door)
 
 
 def _missed(arms: Sequence[Arm], t_ns: int) -> list[Arm]:

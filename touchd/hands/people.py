@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from touchd.hands.arms import Arm
+from touchd.hands.arm import Arm
 from touchd.hands.claims import WayIn
 from touchd.hands.lookout import Lookout
 from touchd.hands.standing import Place

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from touchd.hands.arms import Arm
+from touchd.hands.arm import Arm
 from touchd.hands.standing import Place, Standing
 
 _STUBBORN = 6  # pictures in which another hand must be seen before a fingertip changes hands
