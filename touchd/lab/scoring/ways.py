@@ -18,9 +18,7 @@ _PINCH_MM, _LOW_MM = 120.0, 20.0
 def touching_matches(frames: Sequence[ScoredFrame]) -> Iterator[Match]:
     """Yield what stands for a finger that touches inside the area, frame by frame."""
     for frame in frames:
-        for match in frame.matches:
-            if match.place.tip.touching and match.place.tip.inside:
-                yield match
+        yield from frame.contacts()
 
 
 def errors_mm(frames: Sequence[ScoredFrame]) -> Iterator[float]:
