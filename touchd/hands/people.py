@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from touchd.hands.arm import Arm
 from touchd.hands.claims import WayIn
@@ -10,12 +11,17 @@ from touchd.hands.standing import Place
 
 _SHOULDERS_MM = 750.0  # two arms of a person come in at most so far apart on one side of the table,
 _CORNER_MM = 350.0  # and so far apart around a corner
+_AROUND_MM = 120.0  # so near to a corner an arm may be of either side
 _LASTING_NS = 1_500_000_000  # a person without an arm in the picture is remembered for so long
 _APART_MM = 110.0  # arms that come in nearer to each other may have crossed
 _MOST_ARMS = 2
 _HIGH_MM = 250.0  # a head or a shoulder is higher
 _SHORT_MM = 40.0  # what never reaches farther in is none
 _NEW_NS = 100_000_000  # what has just come in may be one finger of a hand
+
+
+# The direction, right and down, in which an arm comes in over a side of the table.
+Inwards: TypeAlias = tuple[int, int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,20 +106,26 @@ class People:
 
     def _share(self, a: WayIn, b: WayIn) -> float:
         """Return how far apart two arms come in, of what is most for those of one person."""
-        limit_mm = _SHOULDERS_MM if self._inwards(a.door) == self._inwards(b.door) else _CORNER_MM
+        same_side = self._sides_of(a.door) & self._sides_of(b.door)
+        limit_mm = _SHOULDERS_MM if same_side else _CORNER_MM
         return self._lookout.apart_mm(a.door, b.door, 0.5 * (a.height_mm + b.height_mm)) / limit_mm
 
-    def _inwards(self, door: Place) -> tuple[int, int]:
-        """Return the direction, right and down, in which an arm comes in at a door."""
+    def _sides_of(self, door: Place) -> set[Inwards]:
+        """Return the sides of the table that a door is on: two near a corner."""
+        gaps = self._gaps(door)
+        nearest, _ = min(gaps)
+        return {inwards for gap, inwards in gaps if gap - nearest < self._lookout.px(_AROUND_MM)}
+
+    def _gaps(self, door: Place) -> list[tuple[float, Inwards]]:
+        """Return how far a door is from each side of the table, and how one comes in there."""
         window = self._lookout.window
         u, v = door
-        gaps = (
+        return [
             (u - window.left, (1, 0)),
             (window.right - 1 - u, (-1, 0)),
             (v - window.top, (0, 1)),
             (window.bottom - 1 - v, (0, -1)),
-        )
-        return min(gaps)[1]
+        ]
 
     def _tell_sides(self, doors: dict[int, WayIn]) -> None:
         """Tell the left from the right arm of those people who have both in the picture, once and for all."""
@@ -122,9 +134,10 @@ class People:
             if len(person.hands) < _MOST_ARMS or all(hand in self._sides for hand in person.hands):
                 continue
             (a, at_a), (b, at_b) = ((hand, doors[hand].door) for hand in person.hands)
-            inwards = self._inwards(at_a)
-            if inwards != self._inwards(at_b):
+            both = self._sides_of(at_a) & self._sides_of(at_b)
+            if len(both) != 1:
                 continue
+            (inwards,) = both
             # Who looks up the picture has the right arm on its right; a quarter turn from inwards.
             along = (at_b[0] - at_a[0]) * -inwards[1] + (at_b[1] - at_a[1]) * inwards[0]
             if abs(along) > self._lookout.px(_APART_MM):
