@@ -6,9 +6,9 @@ from touchd.contacts.judge import Judge, Opinion, learned_judge
 
 
 def test_it_answers_in_log_odds_and_mm() -> None:
-    judge = Judge([(np.zeros((3, 5), np.float32), np.array([1.5, -2.0, 0.4, 0.5, -1.0], np.float32))])
+    judge = Judge([(np.zeros((3, 5), np.float32), np.array([1.5, -2.0, 0.5, 0.5, -1.0], np.float32))])
     (said,) = judge.opinions(np.ones((1, 3), np.float32))
-    assert said == Opinion(odds=1.5, finger_odds=-2.0, clearance_mm=4.0, along_mm=1.0, across_mm=-2.0)
+    assert said == Opinion(odds=1.5, finger_odds=-2.0, clearance_mm=5.0, along_mm=1.0, across_mm=-2.0)
 
 
 def test_hidden_values_below_zero_count_a_tenth() -> None:

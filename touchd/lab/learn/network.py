@@ -13,7 +13,9 @@ _HIDDEN = (48, 24)
 _BATCH = 256
 _RATE, _DECAY = 2e-3, 1e-2
 _BETAS = (0.9, 0.999)
-_MISSING = 0.05  # share of the traits that are left out in each sight of a sample, so that none is relied on
+# What is done to the traits in each sight of a sample, so that no single one is relied on: the share that is left out,
+# and the standard deviation of what is added to all.
+_MISSING, _NOISE = 0.05, np.float32(0.1)
 # Lower than this, grown by raw steps, a finger as good as touches, for nobody means to hover there. About as high as
 # that either answer is right.
 _LOW_MM, _LOW_STEPS = 2.6, 0.8
@@ -46,7 +48,8 @@ def train(samples: Samples, rounds: int, seed: int = 0) -> list[Layer]:
         for begin in range(0, len(order), _BATCH):
             which = order[begin : begin + _BATCH]
             shown = lesson.traits[which]
-            shown = shown * (rng.random(shown.shape, dtype=np.float32) > _MISSING)
+            shown = shown + _NOISE * rng.standard_normal(shown.shape, np.float32)
+            shown *= rng.random(shown.shape, dtype=np.float32) > _MISSING
             gradients = _gradients(weights, biases, shown, lesson.answers[which], lesson.counts[which])
             adam.step(gradients, rate, len(weights))
     return list(zip(weights, biases, strict=True))

@@ -51,8 +51,8 @@ class Score:
       first frame after its last one (none where the finger still touches: that shows as a split or a loss).
     - ``down_frames``, ``lift_frames``: frames from the first one of a found touch to its first cursor's, and from the
       last one to its last cursor's; below 0 where the cursor was earlier.
-    - ``resolved_gaps_mm``, ``unresolved_gaps_mm``: where exactly two fingers touch, both of one hand: their distance in
-      frames with a cursor for each, and in the others.
+    - ``resolved_gaps_mm``, ``unresolved_gaps_mm``: where exactly two fingers touch, both of one hand and neither known
+      to be hidden: their distance in frames with a cursor for each, and in the others.
     - ``upset``, ``things``, ``owners``, ``hovering``: what happened besides; none of it counts where nothing tells it.
     """
 
@@ -112,7 +112,8 @@ def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
     free = {n for n in touches if truth.visible.get(n, 0.0) >= _PLAIN_SIGHT}
     swaps = [swap for n in touches for swap in _switches(own[n], cursors, touches, touches[n].finger)]
     false = [life for cursor, life in cursors.items() if is_false(frames, cursor, life)]
-    resolved, unresolved = gaps_mm(frames)
+    hidden = {n for n in touches if truth.visible.get(n, 1.0) < _PLAIN_SIGHT}
+    resolved, unresolved = gaps_mm(frames, hidden)
     return Score(
         touches=len(touches),
         found=len(found),
