@@ -44,6 +44,7 @@ def pipeline_settings(config: Config, calibration_frames: int, missing_area: Mis
         shell=config.shell_settings(),
         blobs=config.blob_settings(),
         tracking=config.tracking_settings(),
+        objects=config.object_settings(),
         area=config.area_corners(),
         missing_area=missing_area,
         eye=config.eye_offsets(),

@@ -14,8 +14,12 @@ from touchd.contacts.method import ContactMethod, Place
 from touchd.contacts.methods import method_maker
 from touchd.contacts.settings import BlobSettings
 from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
+from touchd.hands.lookout import Lookout
+from touchd.hands.settings import ObjectSettings
+from touchd.hands.stage import HandStage, stage_over
 from touchd.model import AreaCorners, Frame, Mask, Sensor, Shell, State, Surface, TouchFrame
 from touchd.surface.calibrate import Calibration
+from touchd.surface.coarse import CoarseHeights
 from touchd.surface.patient import PatientCalibration, everywhere
 from touchd.surface.quality import SurfaceReport, report
 from touchd.surface.region import flat_area
@@ -47,6 +51,7 @@ class PipelineSettings:
     shell: ShellSettings = field(default_factory=ShellSettings)
     blobs: BlobSettings = field(default_factory=BlobSettings)
     tracking: TrackingSettings = field(default_factory=TrackingSettings)
+    objects: ObjectSettings = field(default_factory=ObjectSettings)
     area: AreaCorners | None = None
     missing_area: MissingArea = MissingArea.WHOLE_PICTURE
     eye: EyeOffsets | None = None
@@ -63,13 +68,16 @@ class Ready:
     area: AreaMap
     place: Place
     method: ContactMethod
+    coarse: CoarseHeights
+    lookout: Lookout
     report: SurfaceReport
     notes: tuple[str, ...]
 
     def serves(self, settings: PipelineSettings) -> bool:
-        """Return whether it holds under other settings too: those of calibration, tracking and aim do not matter."""
+        """Return whether it holds under other settings as well: those of its own stages alone matter."""
         own = self.settings
-        return replace(settings, calibration=own.calibration, tracking=own.tracking, eye=own.eye) == own
+        others = replace(settings, calibration=own.calibration, tracking=own.tracking, objects=own.objects, eye=own.eye)
+        return others == own
 
     def lines(self) -> list[str]:
         """Return what a user should know about the surface and the area."""
@@ -92,6 +100,7 @@ class Pipeline:
         self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
         self._hovers = HoverTracker(settings.tracking, (1.0, 1.0))
+        self._hands: HandStage | None = None
         self._last_index = 0
 
     @property
@@ -134,15 +143,29 @@ class Pipeline:
         self._last_index = frame.index
         if self._calibration is not None:
             return self._calibrate_on(self._calibration, frame)
-        if self._ready is None:
+        if self._ready is None or self._hands is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
-        size_mm = self._ready.area.size_mm
-        seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
+        ready, hands, size_mm = self._ready, self._hands, self._ready.area.size_mm
+        hands.see(ready.coarse.over(frame.raw), frame.t_ns)
+        raw = hands.cleared(frame.raw, ready.surface.reference)
+        found = ready.method.find(raw, self._tracker.expected_mm(frame.t_ns))
+        seen = replace(found, contacts=hands.admitted(found.contacts), hovers=hands.admitted(found.hovers))
         if self._settings.eye is not None:
             seen = aimed(seen, self._settings.eye, size_mm)
-        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
-        hovers = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
-        return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers, area_mm=size_mm)
+        touches = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
+        airborne = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
+        cursors, hovers = hands.owned(touches, airborne)
+        return TouchFrame(
+            index=frame.index,
+            t_ns=frame.t_ns,
+            state=State.TRACKING,
+            cursors=cursors,
+            why=self._why,
+            hovers=hovers,
+            hands=hands.hands,
+            objects=hands.objects,
+            area_mm=size_mm,
+        )
 
     def stall(self, t_ns: int) -> TouchFrame:
         """End every touch because no frame came for a while."""
@@ -172,6 +195,8 @@ class Pipeline:
     def adopt(self, settings: PipelineSettings, ready: Ready | None) -> None:
         """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
         self._settings = settings
+        if ready is not None:
+            self._hands = stage_over(ready.lookout, settings.objects, self._hands)
         self._ready = ready
         area_mm = ready.area.size_mm if ready else (1.0, 1.0)
         self._tracker.adopt(settings.tracking, area_mm)
@@ -180,6 +205,8 @@ class Pipeline:
     def _end_all(self) -> None:
         self._tracker.end_all()
         self._hovers.end_all()
+        if self._hands is not None:
+            self._hands.end_all()
 
     def _calibrate_on(self, calibration: Calibration | PatientCalibration, frame: Frame) -> TouchFrame:
         calibration.take(frame)
@@ -219,6 +246,8 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
         area=area,
         place=place,
         method=method_maker(settings.method)(place),
+        coarse=CoarseHeights(surface, surface_map),
+        lookout=Lookout(surface, surface_map, area),
         report=report(surface, surface_map, shell, inside),
         notes=notes,
     )

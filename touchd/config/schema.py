@@ -9,9 +9,10 @@ from touchd.config.checks import check_version
 from touchd.config.input_sections import Area, Camera, Source
 from touchd.config.output_sections import Output, Tuio, check_profiles_are_apart
 from touchd.config.section import Emptiable, Expects, Section, field
-from touchd.config.touch_sections import Calibration, Touch, Tracking
+from touchd.config.touch_sections import Calibration, Objects, Touch, Tracking
 from touchd.contacts.aim import EyeOffsets
 from touchd.contacts.settings import BlobSettings
+from touchd.hands.settings import ObjectSettings
 from touchd.model import AreaCorners, Intrinsics
 from touchd.surface.settings import CalibrationSettings, ShellSettings
 from touchd.tracking.settings import TrackingSettings
@@ -32,6 +33,9 @@ class Config(Section):
     )
     touch: Annotated[Touch, Emptiable] = field(Touch(), "What counts as a touch")
     tracking: Annotated[Tracking, Emptiable] = field(Tracking(), "How touches are followed from frame to frame")
+    objects: Annotated[Objects, Emptiable] = field(
+        Objects(), "Things that are put down on the surface; they are no touches"
+    )
     outputs: Annotated[
         tuple[Output, ...],
         Expects("list items '- tuio:' or '- events:', or [] for no output"),
@@ -90,6 +94,10 @@ class Config(Section):
     def tracking_settings(self) -> TrackingSettings:
         """Return how the tracking stage is to follow contacts."""
         return TrackingSettings(**self.tracking.model_dump())
+
+    def object_settings(self) -> ObjectSettings:
+        """Return how things on the surface are to be treated."""
+        return ObjectSettings(**self.objects.model_dump())
 
     def area_corners(self) -> AreaCorners | None:
         """Return the active area, or None where the file gives none."""

@@ -8,12 +8,14 @@ from touchd.config.checks import check_odd, fault
 from touchd.config.section import Emptiable, Section, field
 from touchd.contacts.names import method_names
 from touchd.contacts.settings import BlobSettings
+from touchd.hands.settings import ObjectSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.tracking.settings import TrackingSettings
 
 _CALIBRATION = CalibrationSettings()
 _BLOBS = BlobSettings()
 _TRACKING = TrackingSettings()
+_OBJECTS = ObjectSettings()
 _Auto = Literal["auto"]
 
 
@@ -164,4 +166,14 @@ class Tracking(Section):
         _TRACKING.hover_mm,
         "Fingertips up to this height over the surface are followed as hovers; 0 for none",
         unit="millimetres",
+    )
+
+
+class Objects(Section):
+    """Things that are put down on the surface; they are no touches."""
+
+    join_after_s: Annotated[float, Field(ge=0.5, le=3600)] = field(
+        _OBJECTS.join_after_s,
+        "After lying still for so long, with no hand on it, a thing becomes part of the surface and can be touched",
+        unit="seconds",
     )

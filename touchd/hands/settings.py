@@ -1,0 +1,10 @@
+"""Settings of things on the surface; ``config`` builds them from the YAML file."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectSettings:
+    """``join_after_s``: after lying still for so long, with no hand on it, a thing becomes part of the surface."""
+
+    join_after_s: float = 3.0

@@ -1,0 +1,138 @@
+"""One thing that lies on the surface, and what a picture says of it."""
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from touchd.hands.lookout import Lookout
+from touchd.hands.standing import Indices, Place, Standing
+from touchd.model import CoarsePicture, Floats, Mask
+
+_CORNER_MM = 5.0  # by so much at most the outline's polygon leaves the outline
+_RING = np.ones((7, 7), np.uint8)
+_SAMPLES, _SCATTER = 160, 7919  # a prime
+_TYPICAL = 0.75
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shape:
+    """Where a thing stands and how high. Pixels are those of the flat coarse picture.
+
+    ``footprint`` (N,) with ``heights_mm`` (N,); ``ring`` (M,): the pixels around it. ``centre``: (column, row).
+    ``some`` (K,) of its pixels, scattered over it, are looked at in every picture.
+    """
+
+    footprint: Indices
+    heights_mm: Floats
+    ring: Indices
+    centre: Place
+    some: Indices
+
+    @property
+    def height_mm(self) -> float:
+        """How high it typically is: what a camera beside it sees of its sides is lower."""
+        return float(np.quantile(self.heights_mm, _TYPICAL))
+
+
+@dataclass(frozen=True, slots=True)
+class Thing:
+    """A thing that lies there since ``still_ns`` without a hand on it.
+
+    ``outline``: in area coordinates. ``odd_ns``: since when it does not look as it did, None if it does. ``asked_ns``:
+    when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface.
+    """
+
+    object_id: int
+    shape: Shape
+    outline: tuple[Place, ...]
+    height_mm: float
+    still_ns: int
+    odd_ns: int | None = None
+    asked_ns: int | None = None
+    taken: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a thing looks in one picture, in shares of its footprint.
+
+    ``seen``: nothing stands over it there; ``left``: of that, where it is not any more. ``touched``: whether something
+    stands over it or beside it.
+    """
+
+    seen: float
+    left: float
+    touched: bool
+
+
+def shape_of(mask: Mask, heights_mm: Floats) -> Shape:
+    """Return the shape of what a mask (rows, columns) shows, over heights of the same size."""
+    own = mask.view(np.uint8)
+    footprint = np.flatnonzero(own)
+    ring = np.flatnonzero(cv2.dilate(own, _RING) != own)
+    rows, columns = np.divmod(footprint, mask.shape[1])
+    centre = float(columns.mean()), float(rows.mean())
+    # Regular steps would miss a push by as little as they skip.
+    some = np.arange(min(_SAMPLES, len(footprint))) * _SCATTER % len(footprint)
+    return Shape(footprint, heights_mm.take(footprint), ring, centre, some)
+
+
+def mask_of(footprint: Indices, size: tuple[int, ...]) -> Mask:
+    """Return a footprint as a mask (rows, columns)."""
+    mask = np.zeros(size, np.bool_)
+    mask.ravel()[footprint] = True
+    return mask
+
+
+def grown(mask: Mask, around: NDArray[np.uint8]) -> Mask:
+    """Return a mask with the pixels around it, as many as a kernel has."""
+    return cv2.dilate(mask.view(np.uint8), around) > 0
+
+
+def outline_of(shape: Shape, lookout: Lookout) -> tuple[Place, ...]:
+    """Return the corners, in area coordinates, of a polygon around a shape; it lies on the surface."""
+    mask = mask_of(shape.footprint, lookout.shape).view(np.uint8)
+    outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
+    largest = max(outlines, key=cv2.contourArea)
+    corners = cv2.approxPolyDP(largest, max(1.0, lookout.px(_CORNER_MM)), closed=True)
+    height_mm = shape.height_mm
+    return tuple(lookout.under((float(u), float(v)), height_mm) for u, v in np.reshape(corners, (-1, 2)).tolist())
+
+
+def look_at(thing: Thing, picture: CoarsePicture, standing: Standing | None) -> Look:
+    """Return how a thing looks in a picture; what is as high as it was is not part of what stands there."""
+    shape = thing.shape
+    at, expected = shape.footprint[shape.some], shape.heights_mm[shape.some]
+    seen = picture.readings.take(at)
+    touched = False
+    if standing is not None:
+        seen = seen & (standing.labels.take(at) == 0)
+        touched = bool(standing.labels.take(shape.ring).any()) or int(np.count_nonzero(seen)) < len(at) // 2
+    heights = picture.heights_mm.take(at)[seen]
+    if not heights.size:
+        return Look(0.0, 0.0, touched)
+    left = float(np.count_nonzero(heights < np.float32(0.4) * expected[seen])) / len(heights)
+    return Look(len(heights) / len(at), left, touched)
+
+
+def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
+    """Return by how many columns and rows a shape has moved, at most so many, as its heights show."""
+    rows, columns = picture.heights_mm.shape
+    at, expected = shape.footprint[shape.some], shape.heights_mm[shape.some]
+    v, u = np.divmod(at, columns)
+    steps = np.arange(-reach, reach + 1)
+    down, right = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
+    there_v, there_u = v[None] + down[:, None], u[None] + right[:, None]
+    inside = (there_v >= 0) & (there_v < rows) & (there_u >= 0) & (there_u < columns)
+    seen = picture.heights_mm.take(np.where(inside, there_v * columns + there_u, 0))
+    off = np.minimum(np.abs(seen - expected), np.maximum(expected, np.float32(10.0)))
+    wrong = np.where(inside, off, expected).mean(axis=1) + np.float32(0.02) * np.hypot(down, right)
+    best = int(wrong.argmin())
+    return int(right[best]), int(down[best])
+
+
+def is_part(shape: Shape, surface: Mask) -> bool:
+    """Return whether most of a thing is in a mask (rows, columns)."""
+    return 2 * int(np.count_nonzero(surface.take(shape.footprint))) > len(shape.footprint)

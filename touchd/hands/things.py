@@ -1,0 +1,198 @@
+"""Things that are put down on the surface: remembered while they lie there, and handed to the surface in the end."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import dist
+
+import cv2
+import numpy as np
+
+from touchd.hands.clearing import Patch, patch_of
+from touchd.hands.lookout import Lookout
+from touchd.hands.settings import ObjectSettings
+from touchd.hands.standing import Horizon, Part, Standing
+from touchd.hands.thing import Shape, Thing, grown, is_part, look_at, mask_of, moved, outline_of, shape_of
+from touchd.model import CoarsePicture, Mask
+
+_TALLEST_MM = 300.0  # what is higher was not put down
+_OVER_MM, _OVER_STEPS = 4.0, 0.5  # by so much a hand is higher than the thing under it
+_LEAST_SEEN = 0.3  # of a thing; of less nothing can be said
+_BARELY_LEFT, _PARTLY_LEFT, _WHOLLY_LEFT = 0.03, 0.15, 0.7  # of it
+_ODD_NS = 150_000_000  # it looks odd for so long before it is believed
+_PUSH_MM = 35.0  # at most in a frame
+_AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
+_ASKED_NS = 5_000_000_000  # the surface takes it in within this time, or is asked again
+_THERE_SHARE = 0.5  # of the level: what is higher is the thing, once it is known that there is one
+_ZONE_MM = 15.0  # around a thing, in which its own edge could be taken for a fingertip
+_SIDE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
+
+
+class ThingTracker:
+    """Follows things on one surface. Ids count up and are not used again.
+
+    ``levels_mm`` (rows, columns): what stands higher in the next picture is not the surface, nor a thing known so far;
+    ``patches``: where those things are to be cleared from it.
+    """
+
+    def __init__(self, lookout: Lookout, horizon: Horizon, settings: ObjectSettings, first_id: int) -> None:
+        self._lookout = lookout
+        self._settings = settings
+        self._level_mm, self._empty_mm = horizon.level_mm, horizon.levels_mm
+        self._lost: list[tuple[int, Thing]] = []  # when, and what
+        self._zone: Mask = np.zeros(lookout.shape, np.bool_)
+        self.next_id = first_id
+        self.things: tuple[Thing, ...] = ()
+        self.levels_mm = horizon.levels_mm
+        self.patches: tuple[Patch, ...] = ()
+
+    def step(
+        self,
+        still: Sequence[Part],
+        picture: CoarsePicture,
+        standing: Standing | None,
+        joined: Mask | None,
+        t_ns: int,
+    ) -> None:
+        """Take in one picture, with the islands of it that have come to lie still.
+
+        ``joined`` (rows, columns): where things are part of the surface.
+        """
+        before = self.things
+        if not before and not still:
+            return
+        seen = [self._seen(thing, picture, standing, joined, t_ns) for thing in before]
+        self.things = tuple(thing for thing in seen if thing is not None)
+        self._lost = [(when, thing) for when, thing in self._lost if t_ns - when < _AGAIN_NS]
+        self._lost += [(t_ns, thing) for thing, now in zip(before, seen, strict=True) if now is None]
+        if standing is not None:
+            for part in still:
+                self._settle(part, standing, t_ns)
+        if [(thing.shape, thing.taken) for thing in before] != [(thing.shape, thing.taken) for thing in self.things]:
+            self._draw()
+
+    def adopt(self, settings: ObjectSettings) -> None:
+        """Go on under other settings."""
+        self._settings = settings
+
+    def holds(self, place: tuple[float, float]) -> bool:
+        """Return whether a thing that the surface has not taken in is at a place, or close by."""
+        column, row = round(place[0]), round(place[1])
+        rows, columns = self._zone.shape
+        return 0 <= row < rows and 0 <= column < columns and bool(self._zone[row, column])
+
+    def due(self, t_ns: int) -> Mask | None:
+        """Return what the surface is to take in now (rows, columns), None for nothing; it counts as asked."""
+        due = [thing for thing in self.things if self._is_due(thing, t_ns)]
+        if not due:
+            return None
+        ids = {thing.object_id for thing in due}
+        self.things = tuple(replace(t, asked_ns=t_ns) if t.object_id in ids else t for t in self.things)
+        footprint = np.concatenate([thing.shape.footprint for thing in due])
+        return grown(mask_of(footprint, self._lookout.shape), _SIDE)
+
+    def _is_due(self, thing: Thing, t_ns: int) -> bool:
+        asked = thing.asked_ns is not None and t_ns - thing.asked_ns < _ASKED_NS
+        lies = thing.odd_ns is None and t_ns - thing.still_ns >= self._settings.join_after_s * 1e9
+        return lies and not (thing.taken or asked)
+
+    def _seen(
+        self, thing: Thing, picture: CoarsePicture, standing: Standing | None, joined: Mask | None, t_ns: int
+    ) -> Thing | None:
+        """Return a thing as a picture shows it, None where it does not any more."""
+        if joined is not None and is_part(thing.shape, joined):
+            return replace(thing, taken=True)
+        if thing.taken:
+            return None
+        look = look_at(thing, picture, standing)
+        if look.touched:
+            thing = replace(thing, still_ns=t_ns, asked_ns=None)
+            pushed = self._pushed(thing, picture) if look.left > _BARELY_LEFT else None
+            if pushed is not None:
+                return replace(thing, shape=pushed, outline=outline_of(pushed, self._lookout), odd_ns=None)
+        if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
+            return replace(thing, odd_ns=None)
+        if thing.odd_ns is None or t_ns - thing.odd_ns < _ODD_NS:
+            return thing if thing.odd_ns is not None else replace(thing, odd_ns=t_ns)
+        return None if look.left > _WHOLLY_LEFT else self._shrunk(thing, picture, t_ns)
+
+    def _pushed(self, thing: Thing, picture: CoarsePicture) -> Shape | None:
+        """Return the shape of a thing that was pushed, None where it was not."""
+        right, down = moved(thing.shape, picture, max(2, round(self._lookout.px(_PUSH_MM))))
+        if (right, down) == (0, 0):
+            return None
+        rows, columns = self._lookout.shape
+        v, u = np.divmod(thing.shape.footprint, columns)
+        kept = (v + down >= 0) & (v + down < rows) & (u + right >= 0) & (u + right < columns)
+        heights = np.zeros(self._lookout.shape, np.float32)
+        heights[v[kept] + down, u[kept] + right] = thing.shape.heights_mm[kept]
+        return shape_of(heights > 0.0, heights) if kept.any() else None
+
+    def _shrunk(self, thing: Thing, picture: CoarsePicture, t_ns: int) -> Thing | None:
+        """Return a thing without what of it is there no more."""
+        shape = thing.shape
+        there = picture.heights_mm.take(shape.footprint) >= np.float32(0.4) * shape.heights_mm
+        heights = np.zeros(self._lookout.shape, np.float32)
+        heights.ravel()[shape.footprint[there]] = shape.heights_mm[there]
+        left = cv2.morphologyEx(heights, cv2.MORPH_OPEN, _SIDE)
+        if not (left > 0.0).any():
+            return None
+        less = shape_of(left > 0.0, np.asarray(left, np.float32))
+        return replace(thing, shape=less, outline=outline_of(less, self._lookout), still_ns=t_ns, odd_ns=None)
+
+    def _settle(self, part: Part, standing: Standing, t_ns: int) -> None:
+        """Take an island for a thing: a new one, more of one that it touches, or one that was lost a moment ago."""
+        # The median keeps edges where they are; averages grow what is tall.
+        seen = np.asarray(cv2.medianBlur(standing.picture.heights_mm, 3), np.float32)
+        mask = (standing.labels == part.label) & (seen > _THERE_SHARE * self._level_mm)
+        if not mask.any():
+            return
+        heights = np.where(mask, seen, np.float32(0.0))
+        beside = set(np.flatnonzero(grown(mask, _BESIDE)).tolist())
+        rest: list[Thing] = []
+        object_id: int | None = None
+        for thing in self.things:
+            if not thing.taken and not beside.isdisjoint(thing.shape.footprint.tolist()):
+                heights.ravel()[thing.shape.footprint] = thing.shape.heights_mm
+                object_id = object_id or thing.object_id
+            else:
+                rest.append(thing)
+        shape = shape_of(heights > 0.0, heights)
+        if shape.height_mm > _TALLEST_MM:
+            return
+        object_id = object_id or self._again(shape)
+        if object_id is None:
+            object_id, self.next_id = self.next_id, self.next_id + 1
+        found = Thing(object_id, shape, outline_of(shape, self._lookout), shape.height_mm, t_ns)
+        self.things = tuple(sorted([*rest, found], key=lambda thing: thing.object_id))
+
+    def _again(self, shape: Shape) -> int | None:
+        """Return the id of the lost thing that was put down again."""
+        near = [
+            (dist(thing.shape.centre, shape.centre), thing.object_id)
+            for _, thing in self._lost
+            if _alike(len(thing.shape.footprint), len(shape.footprint)) and _alike(thing.height_mm, shape.height_mm)
+        ]
+        distance, object_id = min(near, default=(0.0, None))
+        if object_id is None or distance > self._lookout.px(_AGAIN_MM):
+            return None
+        self._lost = [(when, thing) for when, thing in self._lost if thing.object_id != object_id]
+        return object_id
+
+    def _draw(self) -> None:
+        """Draw anew what is known of where things are."""
+        over_mm = self._level_mm + _OVER_MM + _OVER_STEPS * self._lookout.step_mm
+        self.levels_mm = self._empty_mm
+        zone = np.zeros(self._lookout.shape, np.uint8)
+        shapes = [thing.shape for thing in self.things if not thing.taken]
+        for shape in shapes:
+            zone.ravel()[shape.footprint] = 1
+            heights = np.zeros(self._lookout.shape, np.float32)
+            heights.ravel()[shape.footprint] = shape.heights_mm + np.float32(over_mm)
+            self.levels_mm = np.maximum(self.levels_mm, np.asarray(cv2.dilate(heights, _SIDE), np.float32))
+        self.patches = tuple(patch_of(shape, over_mm, self._lookout) for shape in shapes)
+        reach = 2 * round(self._lookout.px(_ZONE_MM)) + 1
+        self._zone = cv2.dilate(zone, np.ones((reach, reach), np.uint8)) > 0
+
+
+def _alike(a: float, b: float) -> bool:
+    return abs(a - b) <= _AGAIN_SHARE * max(a, b)
