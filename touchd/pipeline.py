@@ -6,19 +6,18 @@ The same frames, settings and versions give the same touches, to the byte.
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-import cv2
-import numpy as np
-
-from touchd.contacts.method import ContactMethod, Place
+from touchd.contacts.method import ContactMethod, FollowsSurface, Place
 from touchd.contacts.methods import method_maker
 from touchd.contacts.settings import BlobSettings
 from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
-from touchd.model import AreaCorners, Frame, Mask, Sensor, Shell, State, Surface, TouchFrame
+from touchd.model import AreaCorners, Contact, Frame, Sensor, Shell, State, Surface, SurfaceRows, TouchFrame
 from touchd.surface.calibrate import Calibration
+from touchd.surface.coarse import CoarseHeights
+from touchd.surface.living import LivingSurface, Vitals, can_live
 from touchd.surface.patient import PatientCalibration, everywhere
 from touchd.surface.quality import SurfaceReport, report
-from touchd.surface.region import flat_area
-from touchd.surface.settings import CalibrationSettings, ShellSettings
+from touchd.surface.region import flat_area, inside_of, with_margin
+from touchd.surface.settings import CalibrationSettings, LivingSettings, ShellSettings
 from touchd.surface.shell import shell_over
 from touchd.tracking.hovers import HoverTracker
 from touchd.tracking.settings import TrackingSettings
@@ -26,8 +25,8 @@ from touchd.tracking.tracker import Tracker
 
 # Given and measured sizes of the area that differ by more than this mean wrong camera constants.
 _SIZE_TOLERANCE = 0.03
-# Blobs are looked for this far outside the area, so that a finger on its border is seen whole.
-_MARGIN_MM = 20.0
+_FRAMES_WHEN_LOST = 60  # to learn a surface from that cannot be found again: people wait for it
+_MOVED_NOTE = "the camera or the table was moved: if touches lie beside the fingers, run touchd align"
 
 
 class MissingArea(StrEnum):
@@ -42,6 +41,7 @@ class PipelineSettings:
     """The settings of all stages."""
 
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    living: LivingSettings = field(default_factory=LivingSettings)
     method: str = "fingertip"
     shell: ShellSettings = field(default_factory=ShellSettings)
     blobs: BlobSettings = field(default_factory=BlobSettings)
@@ -60,14 +60,21 @@ class Ready:
     shell: Shell
     area: AreaMap
     place: Place
+    coarse: CoarseHeights
     method: ContactMethod
     report: SurfaceReport
     notes: tuple[str, ...]
 
     def serves(self, settings: PipelineSettings) -> bool:
-        """Return whether it holds under other settings as well: those of calibration and tracking do not matter."""
+        """Return whether it holds under other settings, too: of calibration, living and tracking they do not matter."""
         own = self.settings
-        return replace(settings, calibration=own.calibration, tracking=own.tracking) == own
+        return replace(settings, calibration=own.calibration, living=own.living, tracking=own.tracking) == own
+
+    def follow(self, now: SurfaceRows) -> None:
+        """Take some rows of the surface to read differently from now on."""
+        self.coarse.follow(now)
+        if isinstance(self.method, FollowsSurface):
+            self.method.follow(now)
 
     def lines(self) -> list[str]:
         """Return what a user should know about the surface and the area."""
@@ -86,6 +93,7 @@ class Pipeline:
         self._made_from = made_from
         self._calibration: Calibration | PatientCalibration | None = None
         self._ready: Ready | None = None
+        self._living: LivingSurface | None = None
         self._why: str | None = None
         self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
@@ -123,6 +131,11 @@ class Pipeline:
         return self._calibration is not None and self._calibration.gave_up
 
     @property
+    def vitals(self) -> Vitals | None:
+        """How the surface has fared since it was learned; None where it is not followed."""
+        return None if self._living is None else self._living.vitals()
+
+    @property
     def next_session_id(self) -> int:
         """The id that the next touch would get."""
         return self._tracker.next_session_id
@@ -134,8 +147,12 @@ class Pipeline:
             return self._calibrate_on(self._calibration, frame)
         if self._ready is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
+        why = self._live(self._ready, frame)
+        if why is not None:
+            self._end_all()
+            return TouchFrame(frame.index, frame.t_ns, State.PAUSED, why=why)
         seen = self._ready.method.find(frame.raw, self._tracker.expected_mm(frame.t_ns))
-        cursors = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
+        cursors = self._tracker.step(self._trusted(seen.contacts), frame.t_ns, seen.lifted_mm)
         hovers = self._hovers.step(seen.hovers, self._tracker.places_mm, frame.t_ns)
         return TouchFrame(frame.index, frame.t_ns, State.TRACKING, cursors, self._why, hovers)
 
@@ -154,11 +171,7 @@ class Pipeline:
 
         After ``calibration.give_up_s`` the surface from before is in force again. Without one it goes on trying.
         """
-        self._end_all()
-        area = self._settings.area
-        shape = (self._sensor.size[1], self._sensor.size[0])
-        inside = everywhere(self._sensor) if area is None else _inside(area, shape)
-        self._calibration = PatientCalibration(self._sensor, self._settings.calibration, self._made_from, inside)
+        self._wait_for_surface(self._settings.calibration)
 
     def use(self, surface: Surface) -> None:
         """Take a surface of this sensor as it is. Live touches go on."""
@@ -168,12 +181,51 @@ class Pipeline:
         """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
         self._settings = settings
         self._ready = ready
+        self._living = self._enlivened(ready)
         self._tracker.adopt(settings.tracking, ready.area.size_mm if ready else (1.0, 1.0))
         self._hovers.adopt(settings.tracking)
+
+    def _wait_for_surface(self, settings: CalibrationSettings) -> None:
+        self._end_all()
+        area = self._settings.area
+        shape = (self._sensor.size[1], self._sensor.size[0])
+        inside = everywhere(self._sensor) if area is None else inside_of(area, shape)
+        self._calibration = PatientCalibration(self._sensor, settings, self._made_from, inside)
 
     def _end_all(self) -> None:
         self._tracker.end_all()
         self._hovers.end_all()
+
+    def _enlivened(self, ready: Ready | None) -> LivingSurface | None:
+        """Return the living surface for what frames are looked up in: the one there is, if it is of the same one."""
+        if ready is None or not self._settings.living.follow or not can_live(ready.surface):
+            return None
+        if self._living is None or self._living.surface is not ready.surface:
+            return LivingSurface(ready.surface, ready.surface_map)
+        ready.follow(self._living.whole())
+        return self._living
+
+    def _trusted(self, contacts: list[Contact]) -> list[Contact]:
+        """Return contacts of which none begins a touch while the surface seems to have been moved."""
+        if self._living is None or not self._living.doubtful:
+            return contacts
+        return [replace(contact, firm=False) for contact in contacts]
+
+    def _live(self, ready: Ready, frame: Frame) -> str | None:
+        """Let the surface live by one frame, and return why no touch can be seen in it; None if they can."""
+        living = self._living
+        if living is None:
+            return None
+        was_learning = living.learning_again
+        for rows in living.step(frame, ready.coarse.over(frame.raw)):
+            ready.follow(rows)
+        if was_learning and not living.learning_again:
+            notes = (*(note for note in ready.notes if note != _MOVED_NOTE), _MOVED_NOTE)
+            self._ready = replace(ready, surface=living.as_learned_again(), notes=notes)
+        elif living.lost:
+            frames = min(_FRAMES_WHEN_LOST, self._settings.calibration.frames)
+            self._wait_for_surface(replace(self._settings.calibration, frames=frames))
+        return living.why
 
     def _calibrate_on(self, calibration: Calibration | PatientCalibration, frame: Frame) -> TouchFrame:
         calibration.take(frame)
@@ -203,8 +255,8 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
     area = map_area(corners, surface.sensor.intrinsics, corners.size_mm or measured)
     if corners.size_mm is not None:
         notes += _size_notes(corners.size_mm, measured)
-    inside = _inside(corners, surface.valid.shape)
-    place = Place(surface, surface_map, shell, area, _grown(inside, area, surface_map), settings.blobs)
+    inside = inside_of(corners, surface.valid.shape)
+    place = Place(surface, surface_map, shell, area, with_margin(inside, area, surface_map), settings.blobs)
     return Ready(
         settings=settings,
         surface=surface,
@@ -212,6 +264,7 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
         shell=shell,
         area=area,
         place=place,
+        coarse=CoarseHeights(surface, surface_map),
         method=method_maker(settings.method)(place),
         report=report(surface, surface_map, shell, inside),
         notes=notes,
@@ -242,16 +295,3 @@ def _size_notes(given: tuple[float, float], measured: tuple[float, float]) -> tu
         f"{measured[1]:.0f} mm, {off:.0%} off: measure the area again, else the camera constants (camera.fx, fy) are "
         "wrong",
     )
-
-
-def _inside(corners: AreaCorners, shape: tuple[int, ...]) -> Mask:
-    mask = np.zeros(shape, np.uint8)
-    cv2.fillConvexPoly(mask, np.rint(np.array(corners.corners_px)).astype(np.int32), (1,))
-    return mask > 0
-
-
-def _grown(inside: Mask, area: AreaMap, surface_map: SurfaceMap) -> Mask:
-    if not inside.any():
-        return inside
-    reach = int(_MARGIN_MM * area.intrinsics.fx / float(np.median(surface_map.depth[inside]))) + 1
-    return cv2.dilate(inside.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)) > 0
