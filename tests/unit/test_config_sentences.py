@@ -142,7 +142,10 @@ MISTAKES = [
     ),
     pytest.param(
         "wibble: 1\n",
-        ["1:1: wibble: unknown key; known here: version, source, camera, calibration, area, touch, tracking, outputs"],
+        [
+            "1:1: wibble: unknown key; known here: version, source, camera, calibration, surface, area, "
+            "touch, tracking, outputs"
+        ],
         id="an unknown key that resembles none",
     ),
     pytest.param(
