@@ -220,7 +220,7 @@ class Pipeline:
         for rows in living.step(frame, ready.coarse.over(frame.raw)):
             ready.follow(rows)
         if was_learning and not living.learning_again:
-            notes = (*(note for note in ready.notes if note != _MOVED_NOTE), _MOVED_NOTE)
+            notes = ready.notes if _MOVED_NOTE in ready.notes or not living.moves else (*ready.notes, _MOVED_NOTE)
             self._ready = replace(ready, surface=living.as_learned_again(), notes=notes)
         elif living.lost:
             frames = min(_FRAMES_WHEN_LOST, self._settings.calibration.frames)

@@ -7,10 +7,10 @@ import pytest
 from touchd.geometry import KINECT_INVALID, raw_of_depth
 from touchd.model import Floats, Frame, Mask, State, TouchFrame
 from touchd.surface.watch import WHY_BLIND, WHY_COVERED, WHY_MOVED
-from touchd.table.scene import Capsule, Hand
+from touchd.table.scene import Block, Capsule, Hand
 
 from living_tables import AT_MM, Desk, cursor_counts, finger, off_raw
-from shifting_table import SHAPE, gradient
+from shifting_table import SHAPE, gradient, uneven
 
 DOWN_G = (0.0, 0.1, 0.99)
 
@@ -57,7 +57,7 @@ def test_a_large_move_is_found_too(shift: Floats) -> None:
 
 def test_the_surface_is_told_anew_once_it_was_learned_again() -> None:
     desk = Desk(750.0, "shell")
-    desk.play(2)
+    desk.play(62)
     ready = desk.pipeline.ready
     assert ready is not None
     desk.shift(gradient(3.0))
@@ -73,6 +73,24 @@ def test_the_surface_is_told_anew_once_it_was_learned_again() -> None:
     assert vitals is not None
     assert vitals.moves == 1
     assert vitals.drift_mm < 1.0
+
+
+def test_a_camera_that_is_colder_than_when_the_surface_was_learned_is_no_moved_one() -> None:
+    desk = Desk(750.0, "shell")
+    desk.shift(uneven(2.0))
+    desk.play(90)
+    assert np.abs(off_raw(desk, uneven(2.0))).mean() < 0.2
+    assert desk.pipeline.vitals is not None
+    assert desk.pipeline.vitals.moves == 0
+    assert desk.pipeline.ready is not None
+    assert desk.pipeline.ready.notes == ()
+
+
+def test_a_thin_sheet_over_a_third_of_the_table_is_no_move() -> None:
+    desk = Desk(750.0, "shell")
+    desk.play(2)
+    sheet = Hand((Block((-100.0, 0.0, 0.0), (400.0, 420.0, 1.8), 0.0),), ())
+    assert {result.why for result in desk.play(30, sheet)} == {None}
 
 
 def test_a_camera_that_goes_on_moving_is_waited_for() -> None:

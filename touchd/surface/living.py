@@ -22,6 +22,8 @@ _KNOWN_WELL = 64
 # After a move, what was known of it is worth so many visits, and it is known again after so many.
 _KNOWN_BEFORE, _KNOWN_AGAIN = 3, 12
 _NO_MOVE = 0.2  # a jolt after which all reads as before, but for this; in units of noise
+# What has changed since pictures came last, by so much at most, may be the camera's warmth.
+_UNSEEN_DRIFT, _JUST_BEGUN_NS, _PAUSE_S = 4.0, 2_000_000_000, 5.0
 _WITHIN = 2.0
 _SWEEP_S, _MOST_ROWS = 1.0, 8  # each row of blocks is visited once in so long, but no more of them in one picture
 _ROWS_AFTER_A_MOVE = 4  # and at least so many, for so long at most
@@ -81,7 +83,7 @@ class LivingSurface:
         self._outlook = Outlook()
         self._last_ns: int | None = None
         self._looked_ns: int | None = None
-        self._visited_ns = 0
+        self._visited_ns = self._began_ns = 0
         self._looks = False
         self._moves = 0
         self._learn_until_ns: int | None = None  # after a move
@@ -105,6 +107,11 @@ class LivingSurface:
     def learning_again(self) -> bool:
         """Whether it is being learned again since it was moved."""
         return self._learn_until_ns is not None
+
+    @property
+    def moves(self) -> int:
+        """How often it was moved while it was watched."""
+        return self._moves
 
     @property
     def doubtful(self) -> bool:
@@ -136,6 +143,8 @@ class LivingSurface:
         """Look at one picture, and return how the surface reads by now in those rows where it reads differently."""
         begins = self._last_ns is None
         seconds = 0.0 if self._last_ns is None else (frame.t_ns - self._last_ns) / 1e9
+        if begins or seconds > _PAUSE_S:
+            self._began_ns = frame.t_ns
         self._last_ns = frame.t_ns
         changes = self._layers.step(frame.raw, self._reference, seconds) if self._outlook.why is None else []
         rows = [self._changed(change) for change in changes]
@@ -199,10 +208,11 @@ class LivingSurface:
 
     def _moved(self, jump: Doubles, t_ns: int) -> SurfaceRows:
         self._field = self._field + jump
-        if self._fields.size(jump, self._blocks.region) > _NO_MOVE:
+        size = self._fields.size(jump, self._blocks.region)
+        if size > _NO_MOVE:
             self._visits[:] = _KNOWN_BEFORE
             self._learn_until_ns = t_ns + _LEARN_AGAIN_NS
-            self._moves += 1
+            self._moves += size > _UNSEEN_DRIFT or t_ns - self._began_ns > _JUST_BEGUN_NS
         return self.whole()
 
     def _changed(self, change: Change) -> SurfaceRows:

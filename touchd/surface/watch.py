@@ -15,9 +15,10 @@ WHY_BLIND = "the camera sees next to nothing of the surface: is it covered, blin
 WHY_COVERED = "something is close before the camera and hides the surface: take it away"
 
 # A smooth change of this size from one picture to the next is no drift, which is caught up with far sooner; in units
-# of noise. From the second on, or where less than this share is free, it is worth a closer look. What moves on by the
-# third is not yet at rest.
-_MOVED, _SUSPICIOUS, _FREE, _STEADY = 0.35, 0.1, 0.5, 0.15
+# of noise. From the second on, or where less than the share is free, it is worth a closer look, and a closer one from
+# the third on. What moves on by the last is not yet at rest.
+_MOVED, _SUSPICIOUS, _STRIKING, _STEADY = 0.35, 0.1, 0.25, 0.15
+_FREE = 0.5
 _IN_A_ROW = 2  # pictures that say so
 _AT_REST_NS = 200_000_000
 _LOST_NS = 5_000_000_000
@@ -83,8 +84,8 @@ class Watch:
         drift, size = self._fields.small(sight.off, free)
         hint, why = False, None  # that it was moved, and what hides it
         if size > _SUSPICIOUS or np.count_nonzero(free) < _FREE * self._blocks:
-            # What moved may stand out like a thing, in part.
-            hint = self._fields.small(sight.off, sight.readable)[1] > _MOVED
+            # What moved may stand out like a thing, in part; and a large thin thing bends the fit, but not for most.
+            hint = self._fields.small(sight.off, sight.readable)[1] > _STRIKING and self._is_elsewhere(sight)
         in_place = np.count_nonzero(sight.readable & (np.abs(sight.off) < OUTLIER)) / self._blocks
         if in_place < _IN_PLACE:
             why = self._hiding(sight)
