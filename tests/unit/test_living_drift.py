@@ -108,9 +108,20 @@ def test_an_arm_and_a_finger_that_never_move_are_never_learned(
     assert held.changed_raw(2000) < 0.3
 
 
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+def test_a_finger_held_for_ten_minutes_stays_one_touch(height_mm: float) -> None:
+    desk = Desk(height_mm)
+    pictures = [desk.frame([finger()]).raw for _ in range(16)]
+    seen = [
+        desk.pipeline.step(Frame(second, second * 1_000_000_000, pictures[second % 16])).cursors
+        for second in range(600)
+    ]
+    assert {tuple(cursor.session_id for cursor in cursors) for cursors in seen} == {(1,)}
+
+
 def test_what_is_not_held_up_is_learned_in_time() -> None:
     held = Held(750.0)
-    stripes = np.indices(held.surface.valid.shape)[1] // 80 % 2
+    stripes = np.indices(held.surface.valid.shape)[1] // 40 % 5 == 0
     held.raws = [(raw - stripes).astype(np.uint16) for raw in held.raws]
     assert held.changed_raw(2000) > 0.35
 

@@ -1,16 +1,21 @@
 """A surface that was moved, or that is hidden: touches end and say why, and go on by themselves."""
 
+import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from touchd.geometry import KINECT_INVALID, raw_of_depth
+from touchd.cli import run_command_line
+from touchd.formats.libfreenect import write_libfreenect
+from touchd.geometry import KINECT_INVALID, ZeroPlane, raw_of_depth
 from touchd.model import Floats, Frame, Mask, State, TouchFrame
 from touchd.surface.watch import WHY_BLIND, WHY_COVERED, WHY_MOVED
-from touchd.table.scene import Block, Capsule, Hand
+from touchd.table.scene import Block, Capsule, Hand, TableCamera
+from touchd.table.table import Table
 
 from living_tables import AT_MM, Desk, cursor_counts, finger, off_raw
-from shifting_table import SHAPE, gradient, uneven
+from shifting_table import SHAPE, gradient, shifting, uneven
 
 DOWN_G = (0.0, 0.1, 0.99)
 
@@ -164,6 +169,27 @@ def test_a_camera_that_feels_a_jolt_pauses_at_once_and_goes_on_where_nothing_was
     desk.accel_g = DOWN_G
     assert states(desk.play(12))[-1] is State.TRACKING
     assert np.abs(off_raw(desk, 0.0)).mean() < 0.15
+
+
+def test_a_replay_tells_of_a_knock_in_its_events(tmp_path: Path) -> None:
+    table = Table(TableCamera(750.0, tilt_deg=6.0), seed=4)
+    shift = shifting(table)
+    frames = []
+    for index in range(70):
+        shift(gradient(3.0) if index >= 40 else 0.0)
+        frames.append(table.render([finger()] if 30 <= index < 50 else [], index * 33_333_333, index))
+    write_libfreenect(tmp_path / "recording", frames, ZeroPlane())
+    config, told = tmp_path / "touchd.yaml", tmp_path / "events.jsonl"
+    config.write_text("calibration: {frames: 20}\ntouch: {method: shell}\n")
+    replay = ["replay", str(tmp_path / "recording"), "--config", str(config), "--events", str(told)]
+    assert run_command_line(replay) == 0
+    events = [json.loads(line) for line in told.read_text().splitlines()]
+    paused = [event["frame"] for event in events if event["state"] == "paused"]
+    assert 40 <= paused[0] <= 42
+    assert paused == list(range(paused[0], paused[-1] + 1))
+    assert len(paused) < 15
+    assert {event["why"] for event in events if event["state"] == "paused"} == {WHY_MOVED}
+    assert events[-1]["state"] == "tracking"
 
 
 def test_a_surface_that_cannot_be_found_again_is_learned_from_the_beginning() -> None:

@@ -17,24 +17,22 @@ from touchd.surface.sunken import Sunken
 from touchd.surface.watch import Outlook, Watch
 
 _DRIFT_S = 0.25  # smooth changes are followed within this time
-# Each pixel by itself: a share of the mean over so many visits, one a second; and of what is off by no more than this.
-_KNOWN_WELL = 64
-# After a move, what was known of it is worth so many visits, and it is known again after so many.
+# Each row of blocks is visited once in so long, but no more of them in one picture. A pixel's reading is the mean over
+# so many visits, of what is off by no more than this.
+_SWEEP_S, _MOST_ROWS = 1.0, 8
+_KNOWN_WELL, _WITHIN = 64, 2.0
+# After a move, what was known of a pixel is worth so many visits, and it is known again after so many; until then, or
+# for so long, so many rows at least are visited in every picture.
 _KNOWN_BEFORE, _KNOWN_AGAIN = 3, 12
+_LEARN_AGAIN_NS, _ROWS_AFTER_A_MOVE = 3_000_000_000, 4
 _NO_MOVE = 0.2  # a jolt after which all reads as before, but for this; in units of noise
 # What has changed since pictures came last, by so much at most, may be the camera's warmth.
 _UNSEEN_DRIFT, _JUST_BEGUN_NS, _PAUSE_S = 4.0, 2_000_000_000, 5.0
-_WITHIN = 2.0
-_SWEEP_S, _MOST_ROWS = 1.0, 8  # each row of blocks is visited once in so long, but no more of them in one picture
-_ROWS_AFTER_A_MOVE = 4  # and at least so many, for so long at most
-_LEARN_AGAIN_NS = 3_000_000_000
-
-
 _WORTH_TELLING = 0.05  # a change of the surface's reading, in units of noise
-_ALL = 255
 # Between two looks a glance must do: at every other block of every other row, how many are off by more.
 _GLANCE = (slice(BLOCK_PX // 2, None, 2 * BLOCK_PX), slice(BLOCK_PX // 2, None, 2 * BLOCK_PX))
 _OFF, _STARTLING = 0.8, 0.2
+_ALL = 255  # true, in a mask of OpenCV's
 _SMALLEST_PX, _LEAST_KNOWN = 4 * BLOCK_PX, 0.05
 
 
@@ -260,10 +258,12 @@ class LivingSurface:
 
 
 def _across(blocks: Floats, width: int) -> Floats:
-    """Return a number for each pixel of a row (W,), given those of its blocks; the last one reaches to the end."""
+    """Return a factor for each pixel of a row (W,), given those of its blocks; the last one reaches to the end.
+
+    For products with a mask of OpenCV's.
+    """
     pixels = np.empty(width, np.float32)
     wide = len(blocks) * BLOCK_PX
-    # A mask of what lies within bounds is 255 there.
     pixels[:wide] = np.repeat((blocks / _ALL).astype(np.float32), BLOCK_PX)[:width]
     pixels[wide:] = blocks[-1] / _ALL
     return pixels
