@@ -200,10 +200,11 @@ class Pipeline:
         """Return the living surface for what frames are looked up in: the one there is, if it is of the same one."""
         if ready is None or not self._settings.living.follow or not can_live(ready.surface):
             return None
-        if self._living is None or self._living.surface is not ready.surface:
-            return LivingSurface(ready.surface, ready.surface_map)
-        ready.follow(self._living.whole())
-        return self._living
+        living = self._living
+        if living is None or living.surface is not ready.surface:
+            living = LivingSurface(ready.surface, ready.surface_map)
+        ready.follow(living.whole())
+        return living
 
     def _trusted(self, contacts: list[Contact]) -> list[Contact]:
         """Return contacts of which none begins a touch while the surface seems to have been moved."""

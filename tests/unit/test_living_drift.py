@@ -155,6 +155,20 @@ def test_a_surface_that_is_not_to_be_followed_stays_as_it_was_learned() -> None:
     assert desk.pipeline.vitals is None
 
 
+def test_a_surface_that_is_followed_again_begins_as_it_was_learned() -> None:
+    desk = Desk(750.0, "shell", frame_ns=100_000_000)
+    ready = desk.pipeline.ready
+    assert ready is not None
+    for step in range(60):
+        desk.shift(-0.05 * step)
+        desk.play(1)
+    for follow in (False, True):
+        desk.pipeline.adopt(replace(ready.settings, living=LivingSettings(follow)), ready)
+    desk.shift(0.0)
+    assert sum(cursor_counts(desk.play(20))) == 0
+    assert cursor_counts(desk.play(2, finger())) == [1, 1]
+
+
 def test_other_settings_find_the_surface_as_it_is_by_then() -> None:
     desk = Desk(750.0, frame_ns=100_000_000)
     for step in range(60):

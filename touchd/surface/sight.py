@@ -70,19 +70,15 @@ class Blocks:
         )
 
     def _free(self, coarse: CoarsePicture) -> Mask:
-        heights = coarse.heights_mm[COARSER]
+        heights = np.ascontiguousarray(coarse.heights_mm[COARSER])
         flat = self._mean(cv2.inRange(heights, self._thing_low_mm, self._thing_mm))
         read = self._mean(_bytes(coarse.readings[COARSER]))
         near: Mask = np.greater(cv2.dilate(np.less(flat, _ALL).view(np.uint8), self._around), 0)
         near |= np.less(read, _READ_SHARE * self._known)
         if heights.max(initial=0.0) > self._hand_mm:
-            hands = self._any(np.greater(heights, self._hand_mm))
+            hands = np.greater(self._mean(_bytes(np.greater(heights, self._hand_mm))), 0)
             near |= np.greater(cv2.dilate(hands.view(np.uint8), self._around_hand), 0)
         return ~near
-
-    def _any(self, samples: Mask) -> Mask:
-        """Return in which blocks any of the samples is true."""
-        return np.greater(self._mean(_bytes(samples)), 0)
 
     def _mean(self, samples: cv2.typing.MatLike) -> cv2.typing.MatLike:
         rows, columns = self.shape
