@@ -8,7 +8,7 @@ TESTS  := $(VENV)/.tests
 NODE   := tests/clients/node/node_modules
 PIP    := $(BIN)/pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test check pytest test-vm bench soak accuracy accuracy-docs golden golden-update config install uninstall clean
+.PHONY: demo test check pytest test-vm bench soak accuracy accuracy-docs long golden golden-update config install uninstall clean
 
 # More options: make demo DEMO="--scenario pinch --to 192.168.0.7:3333"
 demo: $(STAMP)
@@ -37,11 +37,15 @@ bench: $(STAMP)
 accuracy: $(STAMP)
 	$(BIN)/touchd bench accuracy $(ACCURACY)
 
-# All scenes with five seeds, which takes the better part of an hour, and then the tables and pictures of docs/accuracy.md from them. A run that was
+# All scenes but the long ones with five seeds, which takes more than an hour, and then the tables and pictures of docs/accuracy.md from them. A run that was
 # broken off goes on; empty .cache/accuracy after a change of the code.
 accuracy-docs: $(STAMP)
 	$(BIN)/touchd bench accuracy --jobs 2 --heights 750,1500 --seeds 301-305 --keep .cache/accuracy --json > .cache/accuracy.json
 	$(BIN)/python -m touchd.lab.report docs .cache/accuracy.json
+
+# The scenes of ten minutes, with one seed: a quarter of an hour. One of them: make long LONG="--scenes held --heights 750"
+long: $(STAMP)
+	$(BIN)/touchd bench accuracy --jobs 2 --scenes drift-long,held --methods fingertip --heights 750,1500 --seeds 101 $(LONG)
 
 # make golden RECORDING=FOLDER turns a recording into a test; FOLDER/golden.yaml names camera, place, what must happen.
 golden: $(TESTS)

@@ -12,10 +12,11 @@ from touchd.surface.coarse import CoarseHeights
 from touchd.surface.living import LivingSurface
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.hands import HandPose, pointing_hand
+from touchd.table.misreading import TRUE_READING
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px
 from touchd.table.table import Table
 
-from shifting_table import shifting
+from shifting_table import off_by
 
 LEARNING = 60
 AT_MM = (40.0, 20.0)
@@ -23,7 +24,7 @@ AT_MM = (40.0, 20.0)
 
 @cache
 def learned(height_mm: float) -> tuple[Table, Surface]:
-    """Return an empty table that is so far away, and its surface. Shared: who shifts it puts it back."""
+    """Return an empty table that is so far away, and its surface."""
     table = Table(TableCamera(height_mm, tilt_deg=6.0), seed=4)
     calibration = Calibration(table.sensor, CalibrationSettings(frames=LEARNING), "a test")
     for index in range(LEARNING):
@@ -59,12 +60,14 @@ class Desk:
     results: list[TouchFrame] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        # A table of its own, as it is shifted.
-        self.table = Table(TableCamera(self.height_mm, tilt_deg=6.0), seed=4)
-        self.shift = shifting(self.table)
-        surface = learned(self.height_mm)[1]
+        self.table, surface = learned(self.height_mm)
+        self.wrong = TRUE_READING
         self.pipeline = Pipeline(surface.sensor, settings(self.height_mm, self.method), "a test")
         self.pipeline.use(surface)
+
+    def shift(self, raw: Floats | float) -> None:
+        """Read farther by so many raw steps, a number or (H, W), from the next frame on."""
+        self.wrong = off_by(raw)
 
     @property
     def living(self) -> LivingSurface:
@@ -74,7 +77,7 @@ class Desk:
 
     def frame(self, hands: Sequence[Hand] = ()) -> Frame:
         index, self.frames = self.frames, self.frames + 1
-        frame = self.table.render(hands, index * self.frame_ns, index)
+        frame = self.table.render(hands, index * self.frame_ns, index, self.wrong)
         return Frame(index, frame.t_ns, frame.raw, accel_g=self.accel_g)
 
     def play(self, count: int, *hands: Hand) -> list[TouchFrame]:

@@ -1,46 +1,15 @@
-"""Tables that a Kinect reads differently from frame to frame, as it warms up or is knocked: added before rounding."""
-
-from collections.abc import Callable
+"""How a Kinect may read a table differently, as it warms up or is knocked: added before readings are rounded."""
 
 import numpy as np
-from touchd.model import Floats, Image16
-from touchd.table.boxes import Box
-from touchd.table.render import DepthPicture
-from touchd.table.sensor_kinect import KinectV1
-from touchd.table.table import Table
+from touchd.model import Floats
+from touchd.table.misreading import Misreading
 
 SHAPE = (480, 640)
 
 
-class ShiftingKinect:
-    """A Kinect whose readings are farther by ``shift`` (raw), a number or (H, W)."""
-
-    def __init__(self, reader: KinectV1) -> None:
-        self._reader = reader
-        self._still = reader._still
-        self._pattern_at = reader._pattern_at
-        self.shift: Floats = np.zeros(SHAPE, np.float32)
-        reader._pattern_at = self._shifted_pattern  # type: ignore[method-assign]
-
-    def read(self, picture: DepthPicture, rng: np.random.Generator) -> Image16:
-        self._reader._still = self._still + self.shift
-        return self._reader.read(picture, rng)
-
-    def _shifted_pattern(self, raw: Floats, box: Box) -> Floats:
-        shifted: Floats = self._pattern_at(raw, box) + self.shift[box.window]
-        return shifted
-
-
-def shifting(table: Table) -> Callable[[Floats | float], None]:
-    """Make a table shift, and return what sets by how much from the next frame on."""
-    assert isinstance(table._reader, KinectV1)
-    kinect = ShiftingKinect(table._reader)
-    table._reader = kinect
-
-    def shift(raw: Floats | float) -> None:
-        kinect.shift = np.broadcast_to(np.asarray(raw, np.float32), SHAPE)
-
-    return shift
+def off_by(raw: Floats | float) -> Misreading:
+    """Return readings that are farther by so many raw steps, a number or (H, W)."""
+    return Misreading(off=np.broadcast_to(np.asarray(raw, np.float32), SHAPE))
 
 
 def gradient(raw: float) -> Floats:

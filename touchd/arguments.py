@@ -143,7 +143,9 @@ def _add_tools(commands: "Commands") -> None:
 
 def _add_accuracy(kinds: "Commands") -> None:
     accuracy = kinds.add_parser("accuracy", help="measure the touch methods on simulated scenes with exact truth")
-    accuracy.add_argument("--scenes", metavar="NAME,…", help="(default: all; what there is: touchd lab scenes)")
+    accuracy.add_argument(
+        "--scenes", metavar="NAME,…", help="(default: all but stacks and long ones; touchd lab scenes)"
+    )
     accuracy.add_argument("--heights", default="750,1000,1500", metavar="MM,…", help="(default 750,1000,1500)")
     accuracy.add_argument("--methods", metavar="NAME,…", help="methods and baselines (default: all)")
     accuracy.add_argument("--seeds", default="101-105", metavar="N-M", help="N-M or N,M,… (default 101-105)")

@@ -18,6 +18,19 @@ def scored(frames: list[list[TipJson]], events: list[Event]) -> Score:
     return score(seen(events), truth(frames))
 
 
+@some
+@given(tables, st.permutations(range(10, 20)))
+def test_hands_are_right_whatever_numbers_they_have(frames: list[list[TipJson]], ids: list[int]) -> None:
+    by_touch = {tip["tip"]: tip["hand"] for tips in frames for tip in tips}
+    hands = [{"id": ids[hand], "x": 0.5, "y": 0.5, "height_mm": 40.0, "side": None, "person": 3} for hand in range(2)]
+    events = [
+        event | {"hands": hands, "cursors": [c | {"hand": ids[by_touch[c["id"]]]} for c in event["cursors"]]}
+        for event in perfect(frames)
+    ]
+    got = figures(scored(frames, events))
+    assert (got["hand_right"], got["person_right"]) == (100.0, 100.0)
+
+
 def numbers(frames: list[list[TipJson]]) -> list[int]:
     return sorted({tip["tip"] for tips in frames for tip in tips if tip["touching"]})
 

@@ -1,11 +1,8 @@
-"""The parts of the fingertip method: templates, places along outlines, neighbours, and the decision."""
-
-from dataclasses import replace
+"""The parts of the fingertip method: templates, places along outlines, and neighbours."""
 
 import numpy as np
 import pytest
 from touchd.contacts.candidates import Outline, Walk, find_ends
-from touchd.contacts.decide import Fit, verdict
 from touchd.contacts.fit import Fitted
 from touchd.contacts.heights import HIGHEST_MM, Lay
 from touchd.contacts.memory import Memory
@@ -139,85 +136,6 @@ def test_of_points_too_close_together_the_best_is_kept() -> None:
     assert not close([points[1], points[2]], 8.0)
 
 
-def a_fit(pitch_rad: float, clearance_mm: float, misfit: float, core: float, seen: float) -> Fit:
-    """A fit of a finger that the camera sees from straight above."""
-    return Fit(pitch_rad, pitch_rad, clearance_mm, misfit, core, seen)
-
-
-@pytest.mark.parametrize(("step_mm", "on_mm", "off_mm", "plain_mm"), [(1.6, 4.3, 7.0, 9.8), (6.5, 10.6, 19.2, 26.0)])
-def test_a_touch_begins_lower_than_it_ends_and_ends_at_once_where_that_is_plain(
-    step_mm: float, on_mm: float, off_mm: float, plain_mm: float
-) -> None:
-    def said(clearance_mm: float) -> tuple[bool, bool, bool]:
-        answer = verdict(a_fit(0.6, clearance_mm, 0.5, 0.6, 0.9), step_mm)
-        return answer.low, answer.kept, answer.lifted
-
-    assert said(on_mm - 0.3) == (True, True, False)
-    assert said(on_mm + 0.3) == (False, True, False)
-    assert said(off_mm + 0.5) == (False, False, False)
-    assert said(plain_mm + 0.5) == (False, False, True)
-
-
-def test_a_finger_hovers_where_it_is_seen_well_and_too_high_to_touch() -> None:
-    assert [verdict(a_fit(0.6, mm, 0.9, 1.0, 0.9), 1.6).hovers for mm in (2.0, 5.0, 9.0, 30.0)] == [
-        False,
-        True,
-        True,
-        True,
-    ]
-    assert not verdict(a_fit(0.6, 9.0, 1.9, 2.5, 0.9), 1.6).hovers
-    assert not verdict(a_fit(0.6, 9.0, 0.9, 1.0, 0.5), 1.6).hovers
-    assert not verdict(a_fit(0.6, 9.0, 0.9, 1.0, 0.3), 1.6).hovers
-
-
-def test_a_poor_fit_must_lie_lower_and_be_seen_twice() -> None:
-    good, poor = a_fit(0.6, 3.0, 0.9, 1.0, 0.9), a_fit(0.6, 3.0, 1.4, 1.8, 0.9)
-    assert (verdict(good, 1.6).low, verdict(good, 1.6).sure) == (True, True)
-    assert (verdict(poor, 1.6).low, verdict(poor, 1.6).sure) == (False, False)
-    assert verdict(replace(poor, clearance_mm=0.0), 1.6).low
-
-
-def test_a_poor_fit_must_lie_lower_to_go_on_and_a_hopeless_one_does_not() -> None:
-    assert verdict(a_fit(0.6, 6.0, 0.9, 1.0, 0.9), 1.6).kept
-    assert not verdict(a_fit(0.6, 6.0, 1.5, 1.8, 0.9), 1.6).kept
-    assert verdict(a_fit(0.6, 0.0, 1.0, 2.8, 0.9), 1.6).kept
-    assert not verdict(a_fit(0.6, 0.0, 1.0, 3.2, 0.9), 1.6).kept
-
-
-def test_a_poor_fit_ends_no_touch() -> None:
-    assert verdict(a_fit(0.6, 12.0, 0.9, 1.0, 0.9), 1.6).lifted
-    assert not verdict(a_fit(0.6, 12.0, 1.5, 2.0, 0.9), 1.6).lifted
-
-
-def test_what_is_seen_of_a_finger_from_behind_may_read_higher_for_a_moment_on_a_fine_sensor() -> None:
-    level = a_fit(0.8, 12.0, 0.9, 1.0, 0.9)
-    assert verdict(level, 1.6).lifted
-    from_behind = verdict(replace(level, seen_pitch_rad=1.25), 1.6)
-    assert (from_behind.kept, from_behind.raised, from_behind.lifted) == (True, True, False)
-
-
-def test_an_average_over_many_pictures_may_be_higher_to_begin_a_touch() -> None:
-    once = a_fit(0.6, 5.0, 0.9, 1.0, 0.9)
-    assert not verdict(once, 1.6).low
-    assert verdict(replace(once, pictures=30), 1.6).low
-
-
-def test_what_looks_upright_to_a_coarse_sensor_begins_no_touch() -> None:
-    assert verdict(a_fit(0.9, 0.0, 0.9, 1.0, 0.9), 6.5).low
-    assert not verdict(a_fit(1.3, 0.0, 0.9, 1.0, 0.9), 6.5).low
-
-
-def test_what_lies_flatter_than_fingers_and_is_thinner_begins_no_touch() -> None:
-    assert not verdict(a_fit(0.1, -3.0, 0.9, 1.0, 0.9), 1.6).low
-    assert verdict(a_fit(0.1, -1.0, 0.9, 1.0, 0.9), 1.6).low
-    assert verdict(a_fit(0.6, -3.0, 0.9, 1.0, 0.9), 1.6).low
-
-
-def test_of_a_tip_that_is_mostly_another_s_nothing_is_said() -> None:
-    answer = verdict(a_fit(0.6, 0.0, 0.9, 1.0, 0.3), 1.6)
-    assert (answer.low, answer.kept, answer.lifted) == (False, False, False)
-
-
 LAY = Lay(0.77, 0.01, -0.02, 0.76, 0.05, -0.04, 0.066, -0.051, 1.3, 1.6)
 
 
@@ -227,7 +145,7 @@ def test_a_direction_on_the_surface_leads_to_the_picture_and_back() -> None:
 
 
 def a_guess(u: float, v: float, clearance_mm: float = 0.0) -> Guess:
-    return Guess(u, v, 0.5, clearance_mm, shown=True, live=False, lay=LAY)
+    return Guess(u, v, 0.5, clearance_mm, shown=True, lay=LAY)
 
 
 def test_a_fit_begins_where_that_of_the_same_finger_would_have_ended() -> None:

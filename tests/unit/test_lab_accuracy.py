@@ -12,14 +12,17 @@ from touchd.lab.accuracy import keep
 from touchd.lab.accuracy.command import AccuracyOptions, Form, heading, judged_of, plan
 from touchd.lab.accuracy.contenders import Contender, contenders
 from touchd.lab.accuracy.files import as_json, csv_lines
-from touchd.lab.accuracy.goals import verdicts
+from touchd.lab.accuracy.goals import GOALS, verdicts
 from touchd.lab.accuracy.keep import run_trials_once
 from touchd.lab.accuracy.summary import summary
 from touchd.lab.accuracy.tables import text_tables
 from touchd.lab.accuracy.trials import Outcome, Trial, learn, run_scene
 from touchd.lab.baselines import BASELINES
-from touchd.lab.scenes import LabScene, lab_scene
+from touchd.lab.scenes import LAB_SCENES, LONG_SCENES, LabScene, lab_scene
 from touchd.lab.scoring import Score
+from touchd.lab.scoring.hovering import HoverScore
+from touchd.lab.scoring.rests import ThingScore
+from touchd.lab.scoring.upset import UpsetScore
 
 OPTIONS = AccuracyOptions("taps,pinch", "750,1500", "shell", "1-3", None, 1, None, "text")
 TWO = (Contender("shell", "shell"), Contender("mean-sigma", "shell", "mean-sigma"))
@@ -83,12 +86,14 @@ def test_a_plan_is_every_scene_at_every_height_with_every_seed() -> None:
     assert wanted.trials[-1] == Trial("pinch", 1500.0, 3)
 
 
-def test_without_names_all_methods_and_baselines_take_part_in_all_scenes_but_the_stacks() -> None:
+def test_without_names_all_methods_and_baselines_take_part_in_all_scenes_but_stacks_and_long_ones() -> None:
     wanted = plan(replace(OPTIONS, scenes=None, methods=None, seeds="1", heights="750"))
     names = [contender.name for contender in wanted.contenders]
     assert set(names) >= {"fingertip", "shell", *BASELINES}
-    assert "stacks" not in {trial.scene for trial in wanted.trials}
-    assert "stacks" in {trial.scene for trial in plan(replace(OPTIONS, scenes="stacks")).trials}
+    run = {trial.scene for trial in wanted.trials}
+    assert run == set(LAB_SCENES) - {"stacks", "drift-long", "held"}
+    for scene in ("stacks", *LONG_SCENES):
+        assert scene in {trial.scene for trial in plan(replace(OPTIONS, scenes=scene)).trials}
 
 
 def test_a_sweep_makes_a_contender_of_each_value() -> None:
@@ -152,6 +157,39 @@ def test_goals_for_crowds_look_at_crowds_alone() -> None:
     lines = [verdict.line() for verdict in verdicts(runs, "shell")]
     assert "OVER   1.5 m, crowds: touches found: 50.00 %, at least 92 %" in lines
     assert "OVER   1.5 m: touches found: 73.68 %, at least 98 %" in lines
+
+
+def test_goals_for_a_scene_look_at_it_alone_and_are_silent_where_it_was_not_run() -> None:
+    knocked = Score(touches=4, found=4, upset=UpsetScore(upsets=1, outlived_ms=(66.7, 133.3), after=4, found_after=3))
+    runs = [outcome(1, Score(touches=6, found=6)), replace(outcome(1, knocked), trial=Trial("knock", 750.0, 1))]
+    lines = [verdict.line() for verdict in verdicts(runs, "shell")]
+    assert "OVER   0.75 m, knock: cursor's longest life after an upset: 133.30 ms, at most 100 ms" in lines
+    assert "OVER   0.75 m, knock: touches after an upset found: 75.00 %, at least 100 %" in lines
+    assert "within 0.75 m: touches found: 100.00 %, at least 100 %" in lines
+    assert not any("blind" in line or "four-hands" in line for line in lines)
+
+
+def test_every_goal_for_a_scene_is_for_one_that_there_is() -> None:
+    assert {goal.scene for goal in GOALS} - {None} < set(LAB_SCENES)
+
+
+def test_a_table_has_no_row_for_what_nothing_tells() -> None:
+    plain = "\n".join(text_tables([outcome(1, Score(touches=4, found=4))], "head"))
+    assert "touches found, %" in plain
+    assert "hover height" not in plain
+    hovered = Score(touches=4, found=4, hovering=HoverScore(hovering=9, found=9, height_errors_mm=(1.0,) * 9))
+    assert "hover height error, mean, mm" in "\n".join(text_tables([outcome(1, hovered)], "head"))
+
+
+def test_what_happens_to_things_and_after_upsets_has_a_table_by_scene_where_a_scene_tells_it() -> None:
+    plain = outcome(1, Score(touches=4, found=4))
+    assert not any("upsets and things" in line for line in text_tables([plain], "head"))
+    laid = replace(plain, score=Score(things=ThingScore(rests=2, on=4, found_on=3)), trial=Trial("cup", 750.0, 1))
+    lines = list(text_tables([plain, laid], "head"))
+    table = lines[lines.index("head; kinect-v1, 0.75 m; upsets and things") :]
+    assert "shell" in table[1]
+    assert table[2].split() == ["cup:", "touches", "on", "things", "found,", "%", "75"]
+    assert not any(line.startswith("taps:") for line in table)
 
 
 def test_the_default_method_is_judged_or_the_first_where_it_takes_no_part() -> None:

@@ -11,6 +11,7 @@ from touchd.formats.recording import open_recording
 from touchd.lab.render import render, render_scene
 from touchd.lab.scenes import LabScene, lab_scene
 from touchd.lab.score import score_events
+from touchd.lab.scoring import HAPPENINGS_NAME, read_truth
 
 EMPTY_FRAMES, FRAMES = 10, 70
 
@@ -43,6 +44,20 @@ def test_its_truth_has_a_list_for_each_frame(recording: Path) -> None:
     truth = json.loads((recording / "truth.json").read_text())
     assert truth == [scene.truth(index).as_json() for index in range(EMPTY_FRAMES + FRAMES)]
     assert any(truth)
+
+
+def test_what_happens_besides_fingertips_stands_in_a_file_of_its_own_where_anything_does(
+    recording: Path, tmp_path: Path
+) -> None:
+    scene = short_scene("phone")
+    render_scene(scene, tmp_path / "phone", nowhere)
+    happenings = json.loads((tmp_path / "phone" / HAPPENINGS_NAME).read_text())
+    held = [scene.truth(index).happening() for index in range(EMPTY_FRAMES + FRAMES)]
+    assert happenings == [happening for happening in held if happening is not None]
+    assert len(happenings) > 30
+    read = read_truth(tmp_path / "phone" / "truth.json", scene.area.size_mm)
+    assert set(read.happenings) == {happening["frame"] for happening in happenings}
+    assert not (recording / HAPPENINGS_NAME).exists()
 
 
 def test_its_config_tells_camera_area_and_calibration_frames_and_nothing_else(recording: Path) -> None:

@@ -141,6 +141,12 @@ def pinch(least_gap_mm: float) -> tuple[list[list[TipJson]], list[Event]]:
     return frames, events
 
 
+def test_a_finger_that_the_camera_cannot_see_tells_nothing_of_how_near_two_may_come() -> None:
+    frames, events = pinch(40.0)
+    told = replace(truth(frames), visible={1: 1.0, 2: 0.4})
+    assert figures(score(seen(events), told))["gap"] is None
+
+
 @pytest.mark.parametrize("least_gap_mm", [22.0, 40.0])
 def test_a_pinch_is_resolved_down_to_where_two_fingers_become_one_cursor(least_gap_mm: float) -> None:
     assert figures(scored(*pinch(least_gap_mm)))["gap"] == least_gap_mm

@@ -1,5 +1,6 @@
 """A surface that drifts is followed, and nothing that stands on it is ever learned."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import cv2
@@ -7,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
-from touchd.model import Frame, SurfaceRows
+from touchd.contacts.method import Expected, Sighting
+from touchd.model import Frame, Image16, State, SurfaceRows
 from touchd.pipeline import prepare
 from touchd.surface.coarse import CoarseHeights
 from touchd.surface.living import LivingSurface
@@ -129,20 +131,25 @@ def test_what_is_not_held_up_is_learned_in_time() -> None:
 class KeepsItsSurface:
     """A contact method of before there were living surfaces."""
 
-    def __init__(self, desk: Desk) -> None:
-        assert desk.pipeline.ready is not None
-        self.find = desk.pipeline.ready.method.find
+    def __init__(self) -> None:
+        self.pictures = 0
+
+    def find(self, raw: Image16, expected: Sequence[Expected]) -> Sighting:
+        assert raw.shape == (480, 640)
+        assert list(expected) == []
+        self.pictures += 1
+        return Sighting([])
 
 
-def test_a_method_that_does_not_follow_keeps_its_surface() -> None:
-    desk = Desk(750.0, frame_ns=100_000_000)
-    ready = desk.pipeline.ready
+def test_a_method_that_does_not_follow_is_left_alone() -> None:
+    desk = Desk(750.0, "shell", frame_ns=100_000_000)
+    ready, method = desk.pipeline.ready, KeepsItsSurface()
     assert ready is not None
-    desk.pipeline.adopt(ready.settings, replace(ready, method=KeepsItsSurface(desk)))
+    desk.pipeline.adopt(ready.settings, replace(ready, method=method))
     for step in range(30):
-        desk.shift(0.02 * step)
-        desk.play(1)
-    assert cursor_counts(desk.play(2, finger(0.0))) == [1, 1]
+        desk.shift(0.03 * step)
+        assert desk.play(1)[0].state is State.TRACKING
+    assert method.pictures == 30
 
 
 def test_a_surface_that_is_not_to_be_followed_stays_as_it_was_learned() -> None:

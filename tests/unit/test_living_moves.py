@@ -15,7 +15,7 @@ from touchd.table.scene import Block, Capsule, Hand, TableCamera
 from touchd.table.table import Table
 
 from living_tables import AT_MM, Desk, cursor_counts, finger, off_raw
-from shifting_table import SHAPE, gradient, shifting, uneven
+from shifting_table import SHAPE, gradient, off_by, uneven
 
 DOWN_G = (0.0, 0.1, 0.99)
 
@@ -173,11 +173,10 @@ def test_a_camera_that_feels_a_jolt_pauses_at_once_and_goes_on_where_nothing_was
 
 def test_a_replay_tells_of_a_knock_in_its_events(tmp_path: Path) -> None:
     table = Table(TableCamera(750.0, tilt_deg=6.0), seed=4)
-    shift = shifting(table)
     frames = []
     for index in range(70):
-        shift(gradient(3.0) if index >= 40 else 0.0)
-        frames.append(table.render([finger()] if 30 <= index < 50 else [], index * 33_333_333, index))
+        hands = [finger()] if 30 <= index < 50 else []
+        frames.append(table.render(hands, index * 33_333_333, index, off_by(gradient(3.0) if index >= 40 else 0.0)))
     write_libfreenect(tmp_path / "recording", frames, ZeroPlane())
     config, told = tmp_path / "touchd.yaml", tmp_path / "events.jsonl"
     config.write_text("calibration: {frames: 20}\ntouch: {method: shell}\n")

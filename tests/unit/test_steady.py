@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from touchd.contacts.decide import Fit
 from touchd.contacts.fit import Picture
 from touchd.contacts.heights import Box, Lay
 from touchd.contacts.steady import Seen, Steady
@@ -13,8 +12,7 @@ from touchd.model import Floats
 STEP_MM = 1.6
 LAY = Lay(0.77, 0.0, 0.0, 0.77, 0.0, 0.0, 0.0, 0.0, 1.3, STEP_MM)
 BOX = Box(100, 200, 180, 260)
-FIT = Fit(0.6, 0.6, 4.0, 0.9, 1.0, 0.9)
-ONE = Seen(140.0, 230.0, 141.0, 231.0, 3.1, 6.5, FIT, shown=True, lay=LAY)
+ONE = Seen(140.0, 230.0, 141.0, 231.0, 3.1, 6.5, clearance_mm=4.0, odds=1.0, finger_odds=3.0, shown=True, lay=LAY)
 
 
 def a_picture(seed: int = 0, raised_mm: float = 0.0, noise_mm: float = 0.2) -> Picture:
@@ -29,9 +27,9 @@ def averages(clearances_mm: list[float], raised_mm: list[float]) -> list[float]:
     steady = Steady(STEP_MM)
     said = []
     for number, (clearance, raised) in enumerate(zip(clearances_mm, raised_mm, strict=True)):
-        one = replace(ONE, fit=replace(FIT, clearance_mm=clearance))
+        one = replace(ONE, clearance_mm=clearance)
         (seen,) = steady.settle([one], a_picture(number, raised))
-        said.append(seen.fit.clearance_mm)
+        said.append(seen.clearance_mm)
     return said
 
 
@@ -50,7 +48,7 @@ def test_a_slow_change_counts_as_soon_as_it_adds_up() -> None:
 
 def test_how_many_pictures_an_average_is_of_is_said_and_bounded() -> None:
     steady = Steady(STEP_MM)
-    counts = [steady.settle([ONE], a_picture(number))[0].fit.pictures for number in range(40)]
+    counts = [steady.settle([ONE], a_picture(number))[0].pictures for number in range(40)]
     assert counts == [min(number + 1, 30) for number in range(40)]
 
 
@@ -61,6 +59,13 @@ def test_places_and_directions_are_averaged_the_short_way_round() -> None:
     assert (seen.u, seen.v) == (141.0, 230.0)
     assert (seen.u_under, seen.v_under) == (143.0, 231.0)
     assert seen.angle == pytest.approx(np.pi)
+
+
+def test_what_pictures_say_of_touching_is_averaged_as_well() -> None:
+    steady = Steady(STEP_MM)
+    steady.settle([ONE], a_picture(0))
+    (seen,) = steady.settle([replace(ONE, odds=-2.0, finger_odds=1.0)], a_picture(1))
+    assert (seen.odds, seen.finger_odds) == (-0.5, 2.0)
 
 
 def test_a_finger_that_no_outline_showed_is_still_there_if_the_picture_is_as_it_was() -> None:
@@ -80,10 +85,10 @@ def test_what_was_seen_but_once_is_not_missed() -> None:
 
 def test_two_fingers_are_averaged_each_with_itself() -> None:
     steady = Steady(STEP_MM)
-    other = replace(ONE, u=152.0, fit=replace(FIT, clearance_mm=10.0))
+    other = replace(ONE, u=152.0, clearance_mm=10.0)
     steady.settle([ONE, other], a_picture(0))
     said = steady.settle([other, ONE], a_picture(1))
-    assert [(seen.u, seen.fit.clearance_mm) for seen in said] == [(152.0, 10.0), (140.0, 4.0)]
+    assert [(seen.u, seen.clearance_mm) for seen in said] == [(152.0, 10.0), (140.0, 4.0)]
 
 
 @pytest.mark.parametrize("box", [Box(150, 200, 180, 260), Box(300, 300, 380, 360)])
@@ -94,4 +99,4 @@ def test_where_the_picture_no_longer_shows_all_around_it_a_finger_begins_anew(bo
     shape = (box.bottom - box.top, box.right - box.left)
     heights: Floats = np.zeros(shape, np.float32)
     (seen,) = steady.settle([ONE], Picture(heights, np.full(shape, 255, np.uint8), box))
-    assert seen.fit.pictures == 1
+    assert seen.pictures == 1

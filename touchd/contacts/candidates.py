@@ -21,7 +21,7 @@ from touchd.model import Floats, Image16, Mask
 Complexes = NDArray[np.complex64]
 
 _SMOOTH_POINTS = 5
-_BLUNTEST_COS = -0.25  # of the angle between an end's two sides, seen from its point
+_BLUNTEST_COS = -0.8  # of the angle between an end's two sides, seen from its point
 _DIP_RANK = -1.0  # below any end
 _TANGENT_POINTS = 4
 _DIP_POINTS = 7

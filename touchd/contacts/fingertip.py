@@ -1,16 +1,17 @@
-"""Finding fingertips: places along outlines, a model of a fingertip fitted to each, and its clearance to decide."""
+"""Finding fingertips: places along outlines, a model of a fingertip fitted to each, and a judge of what touches."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-from math import atan2, ceil, dist, log, pi
+from dataclasses import dataclass
+from math import atan2, ceil, log, pi
 
 import cv2
 import numpy as np
 
+from touchd.contacts.belief import Beliefs
 from touchd.contacts.candidates import Walk, find_ends
-from touchd.contacts.decide import Fit, verdict
 from touchd.contacts.fit import Fitter, Picture, Quality
 from touchd.contacts.heights import Heights, as_floats
+from touchd.contacts.judge import Opinion, learned_judge
 from touchd.contacts.memory import Memory
 from touchd.contacts.method import Expected, Place, Sighting
 from touchd.contacts.neighbours import close, distinct, owned_samples
@@ -19,15 +20,18 @@ from touchd.contacts.starts import Starts
 from touchd.contacts.steady import Seen, Steady
 from touchd.contacts.things import Things
 from touchd.contacts.tips import Tip
+from touchd.contacts.traits import traits
 from touchd.model import Contact, Floats, Image16, SurfaceRows
 
 # Outlines are drawn at two heights, each grown by so many raw steps.
 _LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
 _SAME_TIP_MM = 10.0  # no two fingertips are nearer
-_AGAIN_MM = 25.0  # so near to where it was in the last picture a doubtful fingertip is the same one
 _FREE_ROUNDS, _SETTLING_ROUNDS = 2, 2
 _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
+# Log odds of touching from which on a touch begins, down to which it lasts, and below which it surely is over.
+_BEGINS, _LASTS, _OVER = 2.0, 0.0, -1.0
+_SEEN_AT_ALL = 0.45  # share of the samples that are the finger's own
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,21 +39,14 @@ class Found:
     """The fingertips near the surface in one picture, touching or not.
 
     ``tips``: as they were fitted freely; ``resting``: the same, fitted as if they touched, which tells where better.
-    ``picture``: what they were fitted to.
+    ``traits`` (N, T): what they are judged by. ``picture``: what they were fitted to.
     """
 
     tips: list[Tip]
     resting: list[Tip]
     quality: Quality
+    traits: Floats
     picture: Picture
-
-
-@dataclass(frozen=True, slots=True)
-class _Before:
-    """Where the last picture showed fingertips as low as touching ones, and raised a little too high for that."""
-
-    low_px: list[tuple[float, float]] = field(default_factory=list)
-    raised_px: list[tuple[float, float]] = field(default_factory=list)
 
 
 class FingertipMethod:
@@ -62,9 +59,10 @@ class FingertipMethod:
         pixel_mm, step_mm = (float(np.median(sizes)) if sizes.size else 1.0 for sizes in sizes_mm)
         levels_mm = tuple(mm + steps * step_mm for mm, steps in zip(_LEVELS_MM, _LEVELS_STEPS, strict=True))
         self._step_mm = step_mm
-        self._same_tip_px, self._again_px = _SAME_TIP_MM / pixel_mm, _AGAIN_MM / pixel_mm
+        self._same_tip_px = _SAME_TIP_MM / pixel_mm
         self._memory = Memory()
-        self._before = _Before()
+        self._judge = learned_judge()
+        self._beliefs = Beliefs(pixel_mm)
         self._steady = Steady(step_mm)
         self._things = Things(self._heights, levels_mm, step_mm)
         self._fitter = Fitter(_bank_for(sizes_mm, self._heights.steepest_lean(), place))
@@ -74,14 +72,17 @@ class FingertipMethod:
 
     def find(self, raw: Image16, expected: Sequence[Expected]) -> Sighting:
         """Return the touching fingertips in one picture (H, W) uint16, and where others hover."""
-        sighting = Sighting([])
         found = self.look(raw, expected)
-        before, self._before = self._before, _Before()
         if found is None:
             self._steady = Steady(self._step_mm)
-            return sighting
-        for seen in self._steady.settle(_sightings(found), found.picture):
-            self._judge(seen, before, sighting)
+            self._beliefs.update([], [])
+            return Sighting([])
+        opinions = self._judge.opinions(found.traits) if found.tips else []
+        seen = [one for one in self._steady.settle(_sightings(found, opinions), found.picture) if self._is_sure(one)]
+        beliefs = self._beliefs.update([(one.u, one.v) for one in seen], [one.odds for one in seen])
+        sighting = Sighting([])
+        for one, belief in zip(seen, beliefs, strict=True):
+            self._tell(one, belief, sighting)
         return sighting
 
     def follow(self, now: SurfaceRows) -> None:
@@ -101,7 +102,7 @@ class FingertipMethod:
         guesses = self._starts.guesses(ends, expected, smooth, box, self._same_tip_px)
         picture = Picture(heights, readings, box)
         if not guesses:
-            return Found([], [], Quality([], [], []), picture)
+            return Found([], [], Quality([], [], []), np.zeros((0, 0), np.float32), picture)
         return self._fitted([self._memory.begin(guess) for guess in guesses], picture)
 
     def _fitted(self, tips: list[Tip], picture: Picture) -> Found:
@@ -118,9 +119,10 @@ class FingertipMethod:
         owned = owned_samples(tips, bed.places)
         fitted = fitter.fit(tips, bed, picture, owned, _SETTLING_ROUNDS)
         quality, resting = fitted.quality(), fitted.at_rest(tips)
+        told = traits(tips, fitted, quality, picture)
         self._memory.keep(tips)
         kept = self._different(resting, lambda: quality)
-        return Found([tips[i] for i in kept], [resting[i] for i in kept], quality.at(kept), picture)
+        return Found([tips[i] for i in kept], [resting[i] for i in kept], quality.at(kept), told[kept], picture)
 
     def _different(self, tips: list[Tip], quality: Callable[[], Quality]) -> list[int]:
         """Return which tips to keep of those that became the same one: the best fit that the picture itself showed."""
@@ -132,26 +134,15 @@ class FingertipMethod:
             places, [tip.guess.shown * _SHOWN_RANK - misfit[i] for i, tip in enumerate(tips)], self._same_tip_px
         )
 
-    def _judge(self, seen: Seen, before: "_Before", sighting: Sighting) -> None:
-        """Add one fingertip to what is said of the picture; ``before``: what was of the last one."""
-        said = verdict(seen.fit, self._step_mm)
-        place = seen.u, seen.v
-        if not self._is_sure(*place):
-            return
-        if said.hovers and seen.shown:
-            sighting.hovers.append(self._contact(seen, (seen.u_under, seen.v_under), firm=False))
-        if not (said.kept or said.lifted):
-            return
-        if said.low:
-            self._before.low_px.append(place)
-        if said.raised:
-            self._before.raised_px.append(place)
-        begins = said.sure or self._was_near(place, before.low_px)
-        contact = self._contact(seen, place, firm=said.low and begins and seen.shown)
-        if said.lifted or (said.raised and self._was_near(place, before.raised_px)):
-            sighting.lifted_mm.append((contact.x_mm, contact.y_mm))
+    def _tell(self, seen: Seen, belief: float, sighting: Sighting) -> None:
+        """Add one fingertip to what is said of the picture; ``belief``: the log odds that it touches."""
+        if belief < _LASTS:
+            if seen.shown and seen.finger_odds > 0.0:
+                sighting.hovers.append(self._contact(seen, (seen.u_under, seen.v_under), firm=False))
         else:
-            sighting.contacts.append(contact)
+            sighting.contacts.append(self._contact(seen, (seen.u, seen.v), firm=belief > _BEGINS and seen.shown))
+        if belief < _OVER:
+            sighting.lifted_mm.append(self._place_mm(seen.u, seen.v))
 
     def _contact(self, seen: Seen, place_px: tuple[float, float], firm: bool) -> Contact:
         x, y = self.area_of(*place_px)
@@ -163,19 +154,21 @@ class FingertipMethod:
             y=y,
             x_mm=x * width_mm,
             y_mm=y * height_mm,
-            height_mm=max(0.0, seen.fit.clearance_mm),
+            height_mm=max(0.0, seen.clearance_mm),
             area_mm2=pi * seen.radius_mm**2,
             angle=_half_turn(atan2((back_y - y) * height_mm, (back_x - x) * width_mm)),
             firm=firm,
         )
 
-    def _was_near(self, place: tuple[float, float], before_px: Sequence[tuple[float, float]]) -> bool:
-        return any(dist(place, px) < self._again_px for px in before_px)
+    def _place_mm(self, u: float, v: float) -> tuple[float, float]:
+        x, y = self.area_of(u, v)
+        width_mm, height_mm = self._place.area.size_mm
+        return x * width_mm, y * height_mm
 
-    def _is_sure(self, u: float, v: float) -> bool:
-        """Return whether the surface is known well at a pixel."""
+    def _is_sure(self, seen: Seen) -> bool:
+        """Return whether the surface is known well where a fingertip is seen."""
         sure = self._heights.sure
-        column, row = round(u), round(v)
+        column, row = round(seen.u), round(seen.v)
         return 0 <= row < sure.shape[0] and 0 <= column < sure.shape[1] and bool(sure[row, column])
 
     def area_of(self, u: float, v: float) -> tuple[float, float]:
@@ -189,22 +182,31 @@ class FingertipMethod:
         return self._place.area.of_point(ray_x, ray_y, 1.0)
 
 
-def _sightings(found: Found) -> list[Seen]:
-    """Return what was found of each fingertip."""
-    quality = found.quality
-    parts = zip(found.tips, found.resting, quality.misfit, quality.core, quality.seen, strict=True)
+def _sightings(found: Found, opinions: Sequence[Opinion]) -> list[Seen]:
+    """Return what was found of each fingertip that is seen at all."""
     return [
-        Seen(
-            *resting.foot_px,
-            *tip.under_px,
-            resting.angle,
-            tip.radius_mm,
-            Fit(tip.pitch_rad, tip.seen_pitch_rad, tip.clearance_mm, misfit, core, share),
-            tip.guess.shown,
-            tip.guess.lay,
-        )
-        for tip, resting, misfit, core, share in parts
+        _sighting(tip, resting, opinion)
+        for tip, resting, opinion, share in zip(found.tips, found.resting, opinions, found.quality.seen, strict=True)
+        if share >= _SEEN_AT_ALL
     ]
+
+
+def _sighting(tip: Tip, resting: Tip, opinion: Opinion) -> Seen:
+    lay, (u, v) = tip.guess.lay, resting.foot_px
+    along_u, along_v = lay.along(resting.angle)
+    across_u, across_v = lay.along(resting.angle + pi / 2)
+    return Seen(
+        u + along_u * opinion.along_mm + across_u * opinion.across_mm,
+        v + along_v * opinion.along_mm + across_v * opinion.across_mm,
+        *tip.under_px,
+        resting.angle,
+        tip.radius_mm,
+        opinion.clearance_mm,
+        opinion.odds,
+        opinion.finger_odds,
+        tip.guess.shown,
+        lay,
+    )
 
 
 def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:

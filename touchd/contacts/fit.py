@@ -12,7 +12,7 @@ import numpy as np
 
 from touchd.contacts.heights import Box, Bytes, as_floats
 from touchd.contacts.patch import CLEARANCES_MM, RADII_MM, UNKNOWNS, PatchBank
-from touchd.contacts.tips import CLEARANCE_TRUST, LIVE_TRUST, Tip
+from touchd.contacts.tips import CLEARANCE_TRUST, Tip
 from touchd.model import Floats, Mask
 
 # How far a step may lead along and across (mm) and in turn (rad): one over the variance, and at most; the bank's
@@ -176,6 +176,10 @@ class Fitted:
             _move(tip, axis, [covariance * down for _, covariance in step])
         return resting
 
+    def clearance_variance(self, which: int) -> float:
+        """Return the variance (mm²) of a tip's clearance."""
+        return self.steps[which][_CLEARANCE][1]
+
     def quality(self) -> Quality:
         """Return how well the model describes what was seen."""
         squared, inner = self.residual * self.residual, self.known * self.core
@@ -241,8 +245,7 @@ Prior = tuple[tuple[float, ...], tuple[float, ...]]
 
 def _prior(tip: Tip) -> Prior:
     """Return for each unknown how much it is trusted to be what is likely, and that times how far off it is."""
-    clearance_trust = LIVE_TRUST if tip.guess.live else CLEARANCE_TRUST
-    clearance_trust /= 1.0 + (tip.clearance_mm / _LIFTED_MM) ** 2
+    clearance_trust = CLEARANCE_TRUST / (1.0 + (tip.clearance_mm / _LIFTED_MM) ** 2)
     return (
         (_ALONG_TRUST, _ALONG_TRUST, _TURN_TRUST, tip.pitch_trust, clearance_trust, tip.radius_trust),
         (

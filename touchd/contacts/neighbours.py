@@ -1,7 +1,7 @@
 """Fingertips side by side: which are the same one, and which samples belong to which."""
 
 from collections.abc import Iterator, Sequence
-from math import cos, sin
+from math import cos, hypot, sin
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from touchd.model import Floats
 
 _NEAR_MM = 50.0
 
-Places = Sequence[tuple[float, float]]
+Places = Sequence[Sequence[float]]  # u and v, or x and y, of each
 
 
 def close(places: Places, apart: float) -> bool:
@@ -28,6 +28,21 @@ def distinct(places: Places, rank: Sequence[float], apart: float) -> list[int]:
         if all((places[k][0] - x) ** 2 + (places[k][1] - y) ** 2 > limit for k in kept):
             kept.append(i)
     return kept
+
+
+def paired(wanted: Places, places: Places, limit: float) -> dict[int, int]:
+    """Return which of some points have which place of their own within a limit, the nearest pairs being made first."""
+    near = sorted(
+        (distance, row, column)
+        for row, (u, v) in enumerate(wanted)
+        for column, (x, y) in enumerate(places)
+        if (distance := hypot(u - x, v - y)) < limit
+    )
+    pairs: dict[int, int] = {}
+    for _, row, column in near:
+        if row not in pairs and column not in pairs.values():
+            pairs[row] = column
+    return pairs
 
 
 def owned_samples(tips: Sequence[Tip], places_mm: Floats) -> Floats:

@@ -1,7 +1,6 @@
 """Where fits begin: at the ends of outlines, and where a touch was expected that has no end near it."""
 
 from collections.abc import Sequence
-from math import hypot
 
 import cv2
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from touchd.contacts.candidates import Ends
 from touchd.contacts.heights import Box, Heights, as_floats
 from touchd.contacts.method import Expected, Place
-from touchd.contacts.neighbours import Places, distinct
+from touchd.contacts.neighbours import distinct, paired
 from touchd.contacts.tips import Guess
 from touchd.geometry import distort_pixel
 from touchd.model import Floats
@@ -47,22 +46,21 @@ class Starts:
         places, backs = [centres[i] for i in kept], ends.back[kept].tolist()
         shown = len(places)
         wanted = [self._wanted_px(x_mm, y_mm, box) for x_mm, y_mm in expected]
-        pairs = _paired(wanted, places, _OWN_MM / self._pixel_mm)
+        pairs = paired(wanted, places, _OWN_MM / self._pixel_mm)
         missing = [place for i, place in enumerate(wanted) if i not in pairs]
         if missing:
             places, backs = places + missing, backs + self._uphill(missing, smooth)
-        own = set(pairs.values())
         return [
-            self._guess(places[i], backs[i], tall_mm, box, i < shown, i >= shown or i in own)
+            self._guess(places[i], backs[i], tall_mm, box, i < shown)
             for i, tall_mm in enumerate(self._tall_mm(places, backs, smooth))
             if 0.0 < tall_mm < _HIGHEST_MM
         ]
 
-    def _guess(self, place: list[float], back: list[float], tall_mm: float, box: Box, shown: bool, live: bool) -> Guess:
+    def _guess(self, place: list[float], back: list[float], tall_mm: float, box: Box, shown: bool) -> Guess:
         u, v = place[0] + box.left, place[1] + box.top
         lay = self._heights.lay(u, v)
         clearance_mm = min(max(tall_mm - _THICK_MM, 0.0), _TALLEST_CLEARANCE_MM)
-        return Guess(u, v, lay.angle_of(*back), clearance_mm, shown, live, lay)
+        return Guess(u, v, lay.angle_of(*back), clearance_mm, shown, lay)
 
     def _tall_mm(self, places: list[list[float]], backs: list[list[float]], smooth: Floats) -> list[float]:
         """Return how high it stands at places, or a little behind them less than fingers rise over that way."""
@@ -88,21 +86,6 @@ class Starts:
         rise = _sampled(smooth, ring) @ _RING
         uphill: list[list[float]] = (rise / (np.hypot(rise[:, :1], rise[:, 1:]) + np.float32(1e-6))).tolist()
         return uphill
-
-
-def _paired(wanted: list[list[float]], places: Places | list[list[float]], limit: float) -> dict[int, int]:
-    """Return which of some points have which place of their own within a limit, the nearest pairs being made first."""
-    near = sorted(
-        (distance, row, column)
-        for row, (u, v) in enumerate(wanted)
-        for column, (x, y) in enumerate(places)
-        if (distance := hypot(u - x, v - y)) < limit
-    )
-    pairs: dict[int, int] = {}
-    for _, row, column in near:
-        if row not in pairs and column not in pairs.values():
-            pairs[row] = column
-    return pairs
 
 
 def _sampled(heights: Floats, pixels: Floats) -> Floats:

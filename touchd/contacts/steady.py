@@ -11,7 +11,6 @@ from math import hypot, pi, tau
 
 import cv2
 
-from touchd.contacts.decide import Fit
 from touchd.contacts.fit import Picture
 from touchd.contacts.heights import Box, Bytes, Lay
 from touchd.model import Floats
@@ -30,8 +29,9 @@ class Seen:
     """One fingertip in a picture.
 
     ``u``, ``v``: where the surface under the centre of its ball is seen, if it rests; ``u_under``, ``v_under``: the
-    same if it is as high as it seems. ``angle``: of the way back along the finger, in the frame of ``lay``. ``shown``:
-    whether this picture showed it.
+    same if it is as high as it seems. ``angle``: of the way back along the finger, in the frame of ``lay``. ``odds``:
+    the logarithm of its odds of touching, by pictures alone; ``finger_odds``: of being a fingertip. ``shown``: whether
+    this picture showed it. It is the average over so many ``pictures``.
     """
 
     u: float
@@ -40,9 +40,12 @@ class Seen:
     v_under: float
     angle: float
     radius_mm: float
-    fit: Fit
+    clearance_mm: float
+    odds: float
+    finger_odds: float
     shown: bool
     lay: Lay
+    pictures: int = 1
 
     def towards(self, new: "Seen", share: float) -> "Seen":
         """Return it moved by a share of the way to what was seen anew."""
@@ -50,7 +53,6 @@ class Seen:
         def mixed(old: float, latest: float) -> float:
             return old + share * (latest - old)
 
-        was, fit = self.fit, new.fit
         return replace(
             new,
             u=mixed(self.u, new.u),
@@ -59,15 +61,10 @@ class Seen:
             v_under=mixed(self.v_under, new.v_under),
             angle=self.angle + share * ((new.angle - self.angle + pi) % tau - pi),
             radius_mm=mixed(self.radius_mm, new.radius_mm),
-            fit=Fit(
-                mixed(was.pitch_rad, fit.pitch_rad),
-                mixed(was.seen_pitch_rad, fit.seen_pitch_rad),
-                mixed(was.clearance_mm, fit.clearance_mm),
-                mixed(was.misfit, fit.misfit),
-                mixed(was.core, fit.core),
-                mixed(was.seen, fit.seen),
-                min(was.pictures + 1, _LONGEST),
-            ),
+            clearance_mm=mixed(self.clearance_mm, new.clearance_mm),
+            odds=mixed(self.odds, new.odds),
+            finger_odds=mixed(self.finger_odds, new.finger_odds),
+            pictures=min(self.pictures + 1, _LONGEST),
         )
 
 
@@ -82,7 +79,7 @@ class _Still:
 
     def with_another(self, one: Seen) -> "_Still":
         """Return it with one more sighting in the average."""
-        return replace(self, seen=self.seen.towards(one, 1.0 / min(self.seen.fit.pictures + 1, _LONGEST)))
+        return replace(self, seen=self.seen.towards(one, 1.0 / min(self.seen.pictures + 1, _LONGEST)))
 
     def unseen(self) -> "_Still":
         """Return it as it is after a picture that did not show it."""
@@ -111,7 +108,7 @@ class Steady:
             else:
                 lasting.remove(same)
                 now.append(same.with_another(one))
-        now += [still.unseen() for still in lasting if still.seen.fit.pictures > 1]
+        now += [still.unseen() for still in lasting if still.seen.pictures > 1]
         self._still = now
         return [still.seen for still in now]
 

@@ -9,7 +9,6 @@ from touchd.contacts.heights import Lay
 # What is known of any fingertip before looking, and one over the variances of that.
 LIKELY_PITCH_RAD, LIKELY_RADIUS_MM = 0.85, 6.6
 PITCH_TRUST, CLEARANCE_TRUST, RADIUS_TRUST = 0.35**-2, 14.0**-2, 0.8**-2
-LIVE_TRUST = 6.0**-2  # in a clearance of 0 where a touch was before: it is likely to go on
 
 
 class Guess(NamedTuple):
@@ -17,7 +16,7 @@ class Guess(NamedTuple):
 
     ``u``, ``v``: where in the whole picture the ball's centre is seen, in px; ``angle``: of the way back along the
     finger, in the frame of ``lay``, which is how the surface lies there. ``shown``: whether the picture showed it; if
-    not, a touch was only expected there. ``live``: whether a touch was expected.
+    not, a touch was only expected there.
     """
 
     u: float
@@ -25,7 +24,6 @@ class Guess(NamedTuple):
     angle: float
     clearance_mm: float
     shown: bool
-    live: bool
     lay: Lay
 
 

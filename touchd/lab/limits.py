@@ -7,7 +7,7 @@ import numpy as np
 
 from touchd.errors import UsageError
 from touchd.lab.accuracy.ranges import heights_of, names_of, seeds_of
-from touchd.lab.scenes import LAB_SCENES, LabScene, TrueTip, lab_scene
+from touchd.lab.scenes import LAB_SCENES, LONG_SCENES, LabScene, TrueTip, lab_scene
 from touchd.model import Floats
 
 # A finger's upper side is 11 to 16 mm above the surface where it touches: what shows nothing lower is hidden.
@@ -20,9 +20,9 @@ _LOWEST_PERCENT = 5
 def limits(scenes: str | None, heights: str, seeds: str) -> Iterator[str]:
     """Yield a table: for each scene and height the touches, how low they are seen, and how many are hidden.
 
-    Lists apart by commas as for `touchd bench accuracy`. Raises UsageError.
+    Lists apart by commas as for `touchd bench accuracy`; without any, all scenes but the long ones. Raises UsageError.
     """
-    names = names_of(scenes) or tuple(LAB_SCENES)
+    names = names_of(scenes) or tuple(name for name in LAB_SCENES if name not in LONG_SCENES)
     unknown = [name for name in names if name not in LAB_SCENES]
     if unknown:
         raise UsageError(f"--scenes: there is no lab scene {unknown[0]!r}; choose from {', '.join(LAB_SCENES)}")
@@ -44,18 +44,18 @@ def lowest_seen_mm(scene: LabScene) -> list[float]:
     That is the 5th percentile of the heights (along the optical axis, of what rises by 2 mm or more) within 10 mm of
     the touch point in a picture without noise; infinite where nothing rises there.
     """
-    empty = scene.true_depth(0).depth_mm
     touching: dict[int, list[tuple[int, TrueTip]]] = {}
     for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
         for tip in scene.truth(index).tips:
             if tip.touching:
                 touching.setdefault(tip.tip, []).append((index, tip))
     middles = (frames[len(frames) // 2] for frames in touching.values())
-    return [_lowest_mm(empty - scene.true_depth(index).depth_mm, scene, tip) for index, tip in middles]
+    return [_lowest_mm(scene, index, tip) for index, tip in middles]
 
 
-def _lowest_mm(heights: Floats, scene: LabScene, tip: TrueTip) -> float:
-    u, v = scene.camera.pixels(np.array([tip.x_mm, tip.y_mm, tip.z_mm]))
+def _lowest_mm(scene: LabScene, index: int, tip: TrueTip) -> float:
+    heights: Floats = scene.empty_depth(index).depth_mm - scene.true_depth(index).depth_mm
+    u, v = scene.camera_at(index).pixels(np.array([tip.x_mm, tip.y_mm, tip.z_mm]))
     reach_px = _NEAR_MM * scene.camera.intrinsics.fx / scene.height_mm
     rows, columns = np.indices(heights.shape)
     risen = heights[((columns - u) ** 2 + (rows - v) ** 2 < reach_px**2) & (heights >= _RISEN_MM)]

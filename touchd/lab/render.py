@@ -11,6 +11,7 @@ from touchd.formats.libfreenect import write_libfreenect
 from touchd.formats.png_folder import write_png_folder
 from touchd.geometry import ZeroPlane
 from touchd.lab.scenes import LAB_SCENES, LabScene, lab_scene
+from touchd.lab.scoring import HAPPENINGS_NAME
 from touchd.model import Frame
 
 TRUTH_NAME, CONFIG_NAME, README_NAME = "truth.json", "touchd.yaml", "README.md"
@@ -26,6 +27,7 @@ def render(name: str, height_mm: float, seed: int, folder: Path, say: Callable[[
 def render_scene(scene: LabScene, folder: Path, say: Callable[[str], None]) -> None:
     """Write a scene's frames, ``truth.json``, the ``touchd.yaml`` it is meant for, and a README.md.
 
+    Where there is more than fingertips, ``happenings.json`` tells it.
     A Kinect's scene becomes a libfreenect recording, one of a camera in mm a folder of 16-bit PNG. The folder must be
     new or empty. Raises OutputError where it is not, or nothing can be written.
     """
@@ -34,6 +36,9 @@ def render_scene(scene: LabScene, folder: Path, say: Callable[[str], None]) -> N
     else:
         count = write_png_folder(folder, _frames(scene, say))
     _write(folder / TRUTH_NAME, truth_text(scene))
+    happenings = happenings_text(scene)
+    if happenings is not None:
+        _write(folder / HAPPENINGS_NAME, happenings)
     _write(folder / CONFIG_NAME, config_text(scene))
     _write(folder / README_NAME, _readme_text(scene, count))
     say(f"{count} frames in {folder}; next: touchd replay {folder} --config {folder / CONFIG_NAME} --events OUT.jsonl")
@@ -56,6 +61,13 @@ def truth_text(scene: LabScene) -> str:
     """Return the truth file: a line for each frame, with the list of its fingertips."""
     frames = (json.dumps(scene.truth(index).as_json()) for index in range(total_frames(scene)))
     return "[" + ",\n".join(frames) + "]\n"
+
+
+def happenings_text(scene: LabScene) -> str | None:
+    """Return the file of what there is besides fingertips, a line for each frame in which there is; None: nothing."""
+    frames = (scene.truth(index).happening() for index in range(total_frames(scene)))
+    lines = [json.dumps(happening) for happening in frames if happening is not None]
+    return "[" + ",\n".join(lines) + "]\n" if lines else None
 
 
 def config_text(scene: LabScene) -> str:
@@ -84,6 +96,8 @@ Simulated, no real recording: scene `{scene.name}`, seed {scene.seed}, model of 
 `{CONFIG_NAME}` is the config it is meant for. `{TRUTH_NAME}` has a list for each frame with its fingertips:
 `tip` numbers touches from 1 and is -1 for a fingertip that only hovers, `x`, `y` are the touch point's area
 coordinates, `clearance_mm` is the gap between fingertip and surface; `touching` is whether there is none.
+`{HAPPENINGS_NAME}`, if there is one, has an entry for each frame with things on the table, or in which no touch can be
+asked for because the camera was knocked or sees nothing.
 
     touchd replay {{this folder}} --config {{this folder}}/{CONFIG_NAME} --events OUT.jsonl
     touchd lab score OUT.jsonl {{this folder}}/{TRUTH_NAME}

@@ -22,8 +22,8 @@ def score_events(events: Path, truth: Path, size_mm: tuple[float, float] | None,
         yield json.dumps(found)
         return
     yield f"{events} by the truth of {truth}:"
-    for measure in MEASURES:
-        unit = f" {measure.unit}" if measure.unit and found[measure.key] is not None else ""
+    for measure in (measure for measure in MEASURES if found[measure.key] is not None):
+        unit = f" {measure.unit}" if measure.unit else ""
         yield f"{measure.meaning:42s}{number(found[measure.key]):>10s}{unit}"
 
 

@@ -49,13 +49,13 @@ def _level_depth(camera: TableCamera, ray: Doubles, level_mm: float) -> Doubles:
     up = camera.axes()[2]
     facing = ray @ up
     with np.errstate(divide="ignore"):
-        depth: Doubles = (camera.height_mm * up[2] + level_mm) / facing
+        depth: Doubles = (camera.origin_mm() @ up + level_mm) / facing
     return np.where(facing < 0.0, depth, np.inf)
 
 
 def _on_table(camera: TableCamera, ray: Doubles, depth_mm: Doubles) -> Doubles:
     """Return points along rays, by their depth, in table coordinates."""
-    points: Doubles = (ray * depth_mm[..., None] - np.array([0.0, 0.0, camera.height_mm])) @ camera.axes().T
+    points: Doubles = (ray * depth_mm[..., None] - camera.origin_mm()) @ camera.axes().T
     return points
 
 

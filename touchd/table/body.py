@@ -24,11 +24,18 @@ class Sleeve:
     dark: bool = False
 
 
-def with_arm(held: Held, build: Build, pivot_mm: Place, shoulder_mm: float, sleeve: Sleeve | None) -> Hand:
+def with_arm(
+    held: Held,
+    build: Build,
+    pivot_mm: Place,
+    shoulder_mm: float,
+    sleeve: Sleeve | None,
+    elbow_mm: float | None = None,
+) -> Hand:
     """Return a hand with the arm that leads to it from the direction of a far place outside the table.
 
     ``shoulder_mm`` is how high over the table the shoulder is; it stays an arm's length behind the wrist, as people
-    lean and step.
+    lean and step. ``elbow_mm``: how high the elbow's underside is over the table; None: as hangs from the shoulder.
     """
     scale = build.scale
     x_mm, y_mm, z_mm = plus(held.palm.wrist_mm, held.palm.forward, -6.0 * scale)
@@ -40,6 +47,8 @@ def with_arm(held: Held, build: Build, pivot_mm: Place, shoulder_mm: float, slee
     level = sqrt(max((_ARM_SHARE * (fore + upper)) ** 2 - rise * rise, (0.4 * (fore + upper)) ** 2))
     shoulder = (wrist[0] + out[0] / distance * level, wrist[1] + out[1] / distance * level, shoulder_mm)
     elbow = _elbow(wrist, shoulder, fore, upper, held.palm.right)
+    if elbow_mm is not None:
+        elbow = (elbow[0], elbow[1], elbow_mm + 40.0 * scale + (_SLEEVE_MM * scale if sleeve else 0.0))
     arm = Capsule(elbow, shoulder, 40.0 * scale, 52.0 * scale)
     hip = plus(shoulder, (out[0] / distance, out[1] / distance, 0.0), _LEAN_MM)
     trunk = Capsule(shoulder, hip, 75.0 * scale, 115.0 * scale)

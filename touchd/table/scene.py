@@ -26,35 +26,50 @@ class TableCamera:
 
     ``height_mm`` is the distance to the table along the optical axis. ``tilt_deg`` leans the camera so that
     the lower part of the picture looks at nearer table; ``roll_deg`` turns the table clockwise in the
-    picture.
+    picture. ``knocked_deg`` is how a knock has turned the camera on the spot since, to the right and down; table
+    coordinates stay those of before.
     """
 
     height_mm: float
     tilt_deg: float = 0.0
     roll_deg: float = 0.0
     intrinsics: Intrinsics = KINECT_INTRINSICS
+    knocked_deg: tuple[float, float] = (0.0, 0.0)
 
     def axes(self) -> Doubles:
         """Return the table's x, y and z axis as the rows of a (3, 3) matrix in camera space."""
         tilt, roll = radians(self.tilt_deg), radians(self.roll_deg)
         leaned = np.array([[1.0, 0.0, 0.0], [0.0, cos(tilt), -sin(tilt)], [0.0, -sin(tilt), -cos(tilt)]])
         turn = np.array([[cos(roll), sin(roll), 0.0], [-sin(roll), cos(roll), 0.0], [0.0, 0.0, 1.0]])
-        turned: Doubles = leaned @ turn
+        turned: Doubles = leaned @ turn @ self._knock()
         return turned
+
+    def origin_mm(self) -> Doubles:
+        """Return the table's origin (3,) in camera space."""
+        origin: Doubles = np.array([0.0, 0.0, self.height_mm]) @ self._knock()
+        return origin
 
     def to_camera(self, points_mm: Doubles) -> Doubles:
         """Return points (..., 3) of the table in camera space."""
-        seen: Doubles = np.asarray(points_mm, np.float64) @ self.axes() + np.array([0.0, 0.0, self.height_mm])
+        seen: Doubles = np.asarray(points_mm, np.float64) @ self.axes() + self.origin_mm()
         return seen
 
     def eye_mm(self) -> Doubles:
         """Return the camera's own place (3,) in table coordinates."""
-        eye: Doubles = self.axes() @ np.array([0.0, 0.0, -self.height_mm])
+        eye: Doubles = self.axes() @ -self.origin_mm()
         return eye
 
     def pixels(self, points_mm: Doubles) -> Doubles:
         """Return the pixels (..., 2) in which points (..., 3) of the table are seen, through the lens."""
         return distort(self.intrinsics, project_ideal(self.intrinsics, self.to_camera(points_mm)))
+
+    def _knock(self) -> Doubles:
+        """Return the matrix (3, 3) that takes rows of coordinates from before a knock to after it."""
+        right, down = radians(self.knocked_deg[0]), radians(self.knocked_deg[1])
+        sideways = np.array([[cos(right), 0.0, sin(right)], [0.0, 1.0, 0.0], [-sin(right), 0.0, cos(right)]])
+        downwards = np.array([[1.0, 0.0, 0.0], [0.0, cos(down), sin(down)], [0.0, -sin(down), cos(down)]])
+        knock: Doubles = sideways @ downwards
+        return knock
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,16 +119,22 @@ class Sphere:
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """A cuboid with its top level: the middle of its base, its size along its own two sides and up, and its turn."""
+    """A cuboid: the middle of its base, its size along its own two sides and up, its turn, and how far it leans.
+
+    Upright its top is level; it leans over the way its second side points, around the middle of its base.
+    """
 
     base_mm: Point
     size_mm: Point
     turn_deg: float = 0.0  # clockwise in the picture
+    lean_deg: float = 0.0
 
     def axes(self) -> Doubles:
         """Return its own axes as the rows of a (3, 3) matrix in table coordinates."""
-        turn = radians(self.turn_deg)
-        return np.array([[cos(turn), sin(turn), 0.0], [-sin(turn), cos(turn), 0.0], [0.0, 0.0, 1.0]])
+        turn, lean = radians(self.turn_deg), radians(self.lean_deg)
+        along, across = np.array([cos(turn), sin(turn), 0.0]), np.array([-sin(turn), cos(turn), 0.0])
+        up = np.array([0.0, 0.0, 1.0])
+        return np.array([along, cos(lean) * across - sin(lean) * up, cos(lean) * up + sin(lean) * across])
 
     def corners_mm(self) -> Doubles:
         """Return its corners (8, 3) in table coordinates."""

@@ -15,6 +15,7 @@ from touchd.table.backdrop import Backdrop
 from touchd.table.boxes import Box
 from touchd.table.correlator import Window
 from touchd.table.matcher import RAW_PER_PX, BlockMatcher, ShiftLaw, dot_weights
+from touchd.table.misreading import Misreading
 from touchd.table.noise import Correlation, NoiseBank, correlated_noise
 from touchd.table.render import DepthPicture
 
@@ -67,7 +68,7 @@ class KinectV1:
         self._still = self._empty.raw + self._pattern_at(self._empty.raw, self._empty.box)
         self.raw_of_depth = law.raw
 
-    def read(self, picture: DepthPicture, rng: np.random.Generator) -> Image16:
+    def read(self, picture: DepthPicture, rng: np.random.Generator, wrong: Misreading) -> Image16:
         """Return the raw picture (H, W) that the sensor delivers of true depth, with new noise."""
         exact = self._still.copy()
         luck = self._bank.draw(rng)
@@ -77,6 +78,7 @@ class KinectV1:
             exact[window] = found.raw + self._pattern_at(found.raw, found.box)
             lost[window] = found.lost_now(self._luck, luck)
         exact += self._noise * self._bank.draw(rng)
+        wrong.spoil(exact, lost, self._luck, luck)
         lost |= exact < self._nearest_raw
         lost |= exact > self._farthest_raw
         np.rint(exact, out=exact)

@@ -15,6 +15,7 @@ from touchd.model import Floats, Image16, Intrinsics, Sensor
 from touchd.table.backdrop import Backdrop
 from touchd.table.correlator import Window
 from touchd.table.matcher import BlockMatcher, ShiftLaw, dot_weights
+from touchd.table.misreading import Misreading
 from touchd.table.noise import Correlation, NoiseBank, correlated_noise
 from touchd.table.render import DepthPicture
 
@@ -65,7 +66,7 @@ class Stereo:
         self._still = self._law.depth_mm(self._empty.raw)
         self._still_growth = _growth(self._still)
 
-    def read(self, picture: DepthPicture, rng: np.random.Generator) -> Image16:
+    def read(self, picture: DepthPicture, rng: np.random.Generator, wrong: Misreading) -> Image16:
         """Return the picture (H, W) in mm that the camera delivers of true depth, with new noise; 0: no reading."""
         exact, growth = self._still.copy(), self._still_growth.copy()
         luck = self._bank.draw(rng)
@@ -79,6 +80,7 @@ class Stereo:
         error += self._ripple
         error *= growth
         exact += error
+        wrong.spoil(exact, lost, self._luck, luck)
         lost |= (exact < self._model.nearest_mm) | (exact > self._model.farthest_mm)
         np.rint(exact, out=exact)
         exact[lost] = 0.0

@@ -7,6 +7,7 @@ import numpy as np
 
 from touchd.geometry import KINECT_SIZE, kinect_v1_sensor
 from touchd.model import Frame, Image16, Sensor, frozen_array
+from touchd.table.misreading import TRUE_READING, Misreading
 from touchd.table.relief import FLAT_TABLE, Ground
 from touchd.table.render import DepthPicture, DepthRenderer
 from touchd.table.scene import Hand, TableCamera
@@ -22,7 +23,7 @@ _KINECT = KinectModel()
 class _Reader(Protocol):
     """A sensor: true depth in, raw picture out."""
 
-    def read(self, picture: DepthPicture, rng: np.random.Generator) -> Image16:
+    def read(self, picture: DepthPicture, rng: np.random.Generator, wrong: Misreading) -> Image16:
         """Return the raw picture of true depth, with new noise."""
 
 
@@ -53,15 +54,15 @@ class Table:
             else KinectV1(self.sensor, self._renderer.empty, model or _KINECT, unit)
         )
 
-    def render(self, hands: Sequence[Hand], t_ns: int, index: int) -> Frame:
+    def render(self, hands: Sequence[Hand], t_ns: int, index: int, wrong: Misreading = TRUE_READING) -> Frame:
         """Return the frame of the table with these hands over it; the arrays in it are read-only."""
-        return Frame(index=index, t_ns=t_ns, raw=frozen_array(self.read(self.true_depth(hands), index)))
+        return Frame(index=index, t_ns=t_ns, raw=frozen_array(self.read(self.true_depth(hands), index, wrong)))
 
     def true_depth(self, hands: Sequence[Hand]) -> DepthPicture:
         """Return what an ideal camera would measure."""
         return self._renderer.render(hands)
 
-    def read(self, picture: DepthPicture, index: int) -> Image16:
+    def read(self, picture: DepthPicture, index: int, wrong: Misreading = TRUE_READING) -> Image16:
         """Return what the sensor reads of true depth in the frame with this index."""
         noise = np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(_FRAMES, index)))
-        return self._reader.read(picture, noise)
+        return self._reader.read(picture, noise, wrong)

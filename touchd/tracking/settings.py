@@ -17,7 +17,7 @@ class TrackingSettings:
 
     stall_ms: float = 150.0
     coast_ms: float = 50.0
-    gate_mm: float = 50.0
+    gate_mm: float = 30.0
     stray_mm: float = 5.0
     min_cutoff_hz: float = 1.5
     beta_hz_s_mm: float = 0.1

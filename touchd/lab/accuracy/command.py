@@ -16,10 +16,10 @@ from touchd.lab.accuracy.keep import run_trials_once
 from touchd.lab.accuracy.ranges import heights_of, names_of, seeds_of
 from touchd.lab.accuracy.tables import by_sensor, heights_in, text_tables
 from touchd.lab.accuracy.trials import Outcome, Trial
-from touchd.lab.scenes import LAB_SCENES
+from touchd.lab.scenes import LAB_SCENES, LONG_SCENES
 
-# Run only where they are named: what a method makes of paper is neither right nor wrong.
-_ON_REQUEST = ("stacks",)
+# Run only where they are named: what a method makes of paper is neither right nor wrong, and ten minutes are long.
+_ON_REQUEST = ("stacks", *LONG_SCENES)
 
 Say: TypeAlias = Callable[[str], None]
 Form: TypeAlias = Literal["text", "json", "csv"]
@@ -29,7 +29,7 @@ Form: TypeAlias = Literal["text", "json", "csv"]
 class AccuracyOptions:
     """What to run, as the command line has it: lists apart by commas.
 
-    None stands for everything there is; of the scenes, for all but the stacks of paper.
+    None stands for everything there is; of the scenes, for all but the stacks of paper and those of ten minutes.
     """
 
     scenes: str | None

@@ -43,6 +43,8 @@ def as_json(outcomes: Sequence[Outcome], about: Mapping[str, Any], judged: str) 
                 "key": verdict.goal.key,
                 "height_mm": verdict.goal.height_mm,
                 "crowds": verdict.goal.crowded,
+                "scene": verdict.goal.scene,
+                "where": verdict.goal.where,
                 "limit": verdict.goal.limit,
                 "at_least": verdict.goal.at_least,
                 "found": verdict.found,

@@ -10,13 +10,20 @@ from touchd.lab.scoring.measures import BY_KEY
 
 @dataclass(frozen=True, slots=True)
 class Goal:
-    """A limit for a figure at a height: at most, or at least. ``crowded``: over crowds alone."""
+    """A limit for a figure at a height: at most, or at least. ``crowded``: over crowds alone, ``scene``: over one."""
 
     key: str
     height_mm: float
     limit: float
     at_least: bool = False
     crowded: bool = False
+    scene: str | None = None
+
+    @property
+    def where(self) -> str:
+        """Return where it holds, such as "0.75 m, crowds"."""
+        among = "crowds" if self.crowded else self.scene
+        return f"{self.height_mm / 1000:g} m{f', {among}' if among else ''}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,16 +45,42 @@ class Verdict:
         goal, measure = self.goal, BY_KEY[self.goal.key]
         word = {True: "within", False: "OVER", None: "untold"}[self.reached]
         unit = f" {measure.unit}" if measure.unit else ""
-        where = f"{goal.height_mm / 1000:g} m{', crowds' if goal.crowded else ''}"
         found = "no scene tells" if self.found is None else f"{self.found:.2f}{unit}"
         return (
-            f"{word:6s} {where}: {measure.meaning}: {found}, {'at least' if goal.at_least else 'at most'} "
+            f"{word:6s} {goal.where}: {measure.meaning}: {found}, {'at least' if goal.at_least else 'at most'} "
             f"{goal.limit:g}{unit}"
         )
 
 
 _SENSOR = "kinect-v1"
 _NEAR, _FAR = 750.0, 1500.0
+_BOTH = (_NEAR, _FAR)
+_THINGS = ("phone", "cup", "book", "paper", "laptop")
+
+
+def _at_both(key: str, limit: float, scenes: Sequence[str], at_least: bool = False) -> tuple[Goal, ...]:
+    """Return a goal for each of several scenes at both heights."""
+    return tuple(Goal(key, height, limit, at_least, scene=scene) for scene in scenes for height in _BOTH)
+
+
+# What a surface that lives must hold, by scene.
+_LIVING: Sequence[Goal] = (
+    *_at_both("found", 100.0, ("drift", "drift-long"), at_least=True),
+    *_at_both("false_a_minute", 0.0, ("drift", "drift-long", "knock", "blind", "near-head", "forearm", *_THINGS)),
+    *_at_both("found_free", 98.0, ("forearm", "near-head"), at_least=True),
+    *_at_both("outlived", 100.0, ("knock", "blind")),
+    *_at_both("after_found", 100.0, ("knock", "blind"), at_least=True),
+    Goal("after_error", _NEAR, 1.5, scene="knock"),
+    Goal("after_error", _FAR, 3.0, scene="knock"),
+    *_at_both("switches", 0.0, ("held",)),
+    *_at_both("found", 100.0, ("held",), at_least=True),
+    *_at_both("on_found", 100.0, _THINGS, at_least=True),
+    *_at_both("lay_found", 100.0, _THINGS, at_least=True),
+    *_at_both("hand_right", 99.0, ("four-hands",), at_least=True),
+    *_at_both("person_right", 99.0, ("four-hands",), at_least=True),
+    Goal("hover_p95", _NEAR, 3.0, scene="hover-height"),
+)
+
 GOALS: Sequence[Goal] = (
     Goal("found", _NEAR, 100.0, at_least=True),
     Goal("found", _FAR, 98.0, at_least=True),
@@ -75,14 +108,19 @@ GOALS: Sequence[Goal] = (
     Goal("found", _FAR, 92.0, at_least=True, crowded=True),
     Goal("swaps", _NEAR, 0.0, crowded=True),
     Goal("swaps", _FAR, 1.0, crowded=True),
+    *_LIVING,
 )
 
 
 def verdicts(outcomes: Sequence[Outcome], contender: str) -> Iterator[Verdict]:
-    """Yield a verdict on each goal at a height that was run; they are for a Kinect v1: no other camera counts."""
+    """Yield a verdict on each goal at a height, and for a scene, that was run.
+
+    They are for a Kinect v1: no other camera counts.
+    """
     outcomes = [outcome for outcome in outcomes if outcome.sensor == _SENSOR]
     heights = {outcome.trial.height_mm for outcome in outcomes}
+    scenes = {outcome.trial.scene for outcome in outcomes}
     for goal in GOALS:
-        if goal.height_mm in heights:
-            crowd = summary(outcomes, contender, goal.height_mm, crowded_only=goal.crowded)
-            yield Verdict(goal, crowd.figures[goal.key])
+        if goal.height_mm in heights and goal.scene in (None, *scenes):
+            among = summary(outcomes, contender, goal.height_mm, goal.scene, goal.crowded)
+            yield Verdict(goal, among.figures[goal.key])

@@ -4,13 +4,15 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from touchd.errors import RecordingError
 from touchd.formats.folder import reading, writing
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import Outcome, Trial, run_trials
 from touchd.lab.scoring import Score
+
+Kind = TypeVar("Kind")
 
 
 def run_trials_once(
@@ -52,7 +54,20 @@ def _load(path: Path) -> Outcome:
         text = path.read_text(encoding="utf-8")
     try:
         stored: dict[str, Any] = json.loads(text)
-        score: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in stored["score"].items()}
-        return Outcome(**stored | {"trial": Trial(**stored["trial"]), "score": Score(**score)})
+        score = _score(Score(), stored["score"])
+        return Outcome(**stored | {"trial": Trial(**stored["trial"]), "score": score})
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise RecordingError(f"{path} holds no outcome ({type(error).__name__}: {error}): delete it") from error
+
+
+def _score(empty: Kind, stored: dict[str, Any]) -> Kind:
+    """Return a score, with the scores within it, from what is stored of it; ``empty`` is one of its kind."""
+    values = {
+        name: tuple(value)
+        if isinstance(value, list)
+        else _score(getattr(empty, name), value)
+        if isinstance(value, dict)
+        else value
+        for name, value in stored.items()
+    }
+    return type(empty)(**values)

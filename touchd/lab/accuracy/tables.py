@@ -6,10 +6,24 @@ from collections.abc import Iterator, Sequence
 from touchd.lab.accuracy.summary import Summary, summary
 from touchd.lab.accuracy.trials import Outcome
 from touchd.lab.scoring import MEASURES, Measure
+from touchd.lab.scoring.measures import BY_KEY
 
-_LABEL = 42
+_LABEL = 50
 SCENE_CELL = "found % / false touches a minute / splits and swaps % / mean error in mm"
 _SCENE_MEASURES = ("found", "false_a_minute", "switches", "error_mean")
+# What only scenes tell in which the camera is upset, or things lie on the table.
+_HAPPENING_MEASURES = (
+    "outlived",
+    "after_found",
+    "after_error",
+    "on_found",
+    "beside_found",
+    "lay_found",
+    "on_false",
+    "lay_false",
+    "things_seen",
+    "ghosts",
+)
 
 
 def unique(values: Sequence[str]) -> list[str]:
@@ -50,23 +64,55 @@ def text_tables(outcomes: Sequence[Outcome], head: str) -> Iterator[str]:
             yield f"{head}; {sensor}, {height / 1000:g} m; {SCENE_CELL}"
             yield from _scene_table(own, height)
             yield ""
+            happenings = list(_happening_rows(own, height))
+            if happenings:
+                yield f"{head}; {sensor}, {height / 1000:g} m; upsets and things"
+                yield from [_names(own), *happenings, ""]
 
 
 def _measure_table(columns: Sequence[Summary]) -> Iterator[str]:
     width = max(24, *(len(column.contender) + 2 for column in columns))
     yield " " * _LABEL + "".join(f"{column.contender:>{width}s}" for column in columns)
-    for measure in MEASURES:
+    for measure in (measure for measure in MEASURES if any(column.spread[measure.key] for column in columns)):
         label = f"{measure.meaning}{f', {measure.unit}' if measure.unit else ''}"
         yield f"{label:{_LABEL}s}" + "".join(f"{cell(measure, column):>{width}s}" for column in columns)
 
 
 def _scene_table(outcomes: Sequence[Outcome], height_mm: float) -> Iterator[str]:
+    yield _names(outcomes)
+    for scene, columns in _by_scene(outcomes, height_mm):
+        yield _row(scene, [scene_cell(column) for column in columns], columns)
+
+
+def _happening_rows(outcomes: Sequence[Outcome], height_mm: float) -> Iterator[str]:
+    """Yield a row for each scene and measure of what happens besides fingertips, where there is anything to tell."""
+    for scene, columns in _by_scene(outcomes, height_mm):
+        for measure in (BY_KEY[key] for key in _HAPPENING_MEASURES):
+            if any(column.spread[measure.key] for column in columns):
+                label = f"{scene}: {measure.meaning}{f', {measure.unit}' if measure.unit else ''}"
+                yield _row(label, [number(column.figures[measure.key]) for column in columns], columns)
+
+
+def _by_scene(outcomes: Sequence[Outcome], height_mm: float) -> Iterator[tuple[str, list[Summary]]]:
+    """Yield each scene with each contender's summary of it at a height."""
     names = unique([outcome.contender for outcome in outcomes])
-    width = max(28, *(len(name) + 2 for name in names))
-    yield " " * _LABEL + "".join(f"{name:>{width}s}" for name in names)
     for scene in unique([outcome.trial.scene for outcome in outcomes]):
-        columns = [summary(outcomes, name, height_mm, scene) for name in names]
-        yield f"{scene:{_LABEL}s}" + "".join(f"{scene_cell(column):>{width}s}" for column in columns)
+        yield scene, [summary(outcomes, name, height_mm, scene) for name in names]
+
+
+def _names(outcomes: Sequence[Outcome]) -> str:
+    """Return the line that heads the contenders' columns."""
+    names = unique([outcome.contender for outcome in outcomes])
+    return " " * _LABEL + "".join(f"{name:>{_width(names)}s}" for name in names)
+
+
+def _row(label: str, cells: Sequence[str], columns: Sequence[Summary]) -> str:
+    width = _width([column.contender for column in columns])
+    return f"{label:{_LABEL}s}" + "".join(f"{cell_:>{width}s}" for cell_ in cells)
+
+
+def _width(names: Sequence[str]) -> int:
+    return max(28, *(len(name) + 2 for name in names))
 
 
 def cell(measure: Measure, column: Summary) -> str:

@@ -10,9 +10,9 @@ import cv2
 from touchd.assemble import pipeline_settings
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.baselines import BASELINES
-from touchd.lab.scenes import LabScene, lab_scene, visible_shares
-from touchd.lab.scoring import Score, SeenFrame, Truth, score, truth_of
-from touchd.model import Frame, State, Surface, TouchFrame
+from touchd.lab.scenes import LabScene, TruthFrame, lab_scene, visible_shares
+from touchd.lab.scoring import Score, SeenFrame, Truth, score, seen_frame, truth_of
+from touchd.model import Frame, Surface
 from touchd.pipeline import MissingArea, Pipeline
 from touchd.surface.calibrate import Calibration
 from touchd.surface.settings import CalibrationSettings
@@ -70,7 +70,7 @@ def run_scene(scene: LabScene, contenders: Sequence[Contender]) -> list[Outcome]
     for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
         frame = scene.frame(index)
         for pipeline, frames in zip(pipelines, seen, strict=True):
-            frames.append(as_seen(pipeline.step(frame)))
+            frames.append(seen_frame(pipeline.step(frame).as_event()))
     truth, trial = scene_truth(scene), Trial(scene.name, scene.height_mm, scene.seed)
     return [
         Outcome(contender.name, trial, scene.sensor.kind, truth.crowded, score(frames, truth))
@@ -98,25 +98,20 @@ def pipeline_of(contender: Contender, scene: LabScene, learned: Learned) -> Pipe
     return pipeline
 
 
-def as_seen(frame: TouchFrame) -> SeenFrame:
-    """Return what is scored of a frame."""
-    cursors = {cursor.session_id: (cursor.x, cursor.y) for cursor in frame.cursors}
-    return SeenFrame(frame.index, frame.t_ns / 1e9, frame.state is State.TRACKING, cursors)
-
-
 def scene_truth(scene: LabScene) -> Truth:
     """Return a scene's truth for the scoring."""
-    frames = range(scene.calibration_frames + scene.frames)
-    truth = truth_of([scene.truth(index).as_json() for index in frames], scene.area.size_mm)
-    return replace(truth, visible=_visible(scene))
+    frames = [scene.truth(index) for index in range(scene.calibration_frames + scene.frames)]
+    happenings = [happening for happening in (frame.happening() for frame in frames) if happening is not None]
+    truth = truth_of([frame.as_json() for frame in frames], scene.area.size_mm, happenings)
+    return replace(truth, visible=_visible(scene, frames))
 
 
-def _visible(scene: LabScene) -> dict[int, float]:
+def _visible(scene: LabScene, frames: Sequence[TruthFrame]) -> dict[int, float]:
     """Return for each touch how much of its fingertip is in sight in the middle one of its frames."""
     touching: dict[int, list[tuple[int, int]]] = {}
-    for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
-        for tip in scene.truth(index).tips:
+    for frame in frames:
+        for tip in frame.tips:
             if tip.touching:
-                touching.setdefault(tip.tip, []).append((index, tip.finger))
+                touching.setdefault(tip.tip, []).append((frame.index, tip.finger))
     middles = {number: seen[len(seen) // 2] for number, seen in touching.items()}
     return {number: visible_shares(scene, index)[finger] for number, (index, finger) in middles.items()}

@@ -51,7 +51,7 @@ def _goals(results: Row) -> Iterator[str]:
     for goal in results["goals"]:
         measure = results["measures"][goal["key"]]
         unit = f" {measure['unit']}" if measure["unit"] else ""
-        what = f"{goal['height_mm'] / 1000:g} m{', crowds' if goal['crowds'] else ''}: {measure['meaning']}"
+        what = f"{goal['where']}: {measure['meaning']}"
         limit = f"{'≥' if goal['at_least'] else '≤'} {goal['limit']:g}{unit}"
         word = {True: "within", False: "**over**", None: "not told"}[goal["reached"]]
         yield f"| {what} | {number(goal['found'])}{unit if goal['found'] is not None else ''} | {limit} | {word} |"
@@ -60,7 +60,8 @@ def _goals(results: Row) -> Iterator[str]:
 def _measures(results: Row, columns: Sequence[Row]) -> Iterator[str]:
     yield "| | " + " | ".join(f"`{column['method']}`" for column in columns) + " |"
     yield "|---|" + "---|" * len(columns)
-    for key, measure in results["measures"].items():
+    told = ((key, m) for key, m in results["measures"].items() if any(c["spread"][key] for c in columns))
+    for key, measure in told:
         unit = f", {measure['unit']}" if measure["unit"] else ""
         yield f"| {measure['meaning']}{unit} | " + " | ".join(_cell(column, key) for column in columns) + " |"
 

@@ -10,7 +10,9 @@ from touchd.lab.scenes.people import Person, enter, hand_of, in_reach, leave, so
 from touchd.lab.scenes.performer import Performer
 from touchd.lab.scenes.play import Prop, Stacks
 from touchd.lab.scenes.room import Room
+from touchd.lab.scenes.things import Thing
 from touchd.lab.scenes.timeline import Stance, Way
+from touchd.lab.scenes.upsets import NO_UPSETS, Upsets
 from touchd.table.postures import POINTING, Grip
 from touchd.table.scene import Place
 
@@ -27,6 +29,8 @@ class Cast:
     props: tuple[Prop, ...] = ()
     props_end_ms: float = 0.0
     stacks: Stacks | None = None
+    things: tuple[Thing, ...] = ()
+    upsets: Upsets = NO_UPSETS
 
 
 Family: TypeAlias = Callable[[Room], Cast]

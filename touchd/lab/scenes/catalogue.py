@@ -7,7 +7,17 @@ from zlib import crc32
 import numpy as np
 
 from touchd.errors import UsageError
-from touchd.lab.scenes import crowds, disturbances, many_fingers, pointing, strokes, surfaces
+from touchd.lab.scenes import (
+    crowds,
+    disturbances,
+    handling,
+    living,
+    many_fingers,
+    pointing,
+    resting,
+    strokes,
+    surfaces,
+)
 from touchd.lab.scenes.cast import NS, Family
 from touchd.lab.scenes.play import Play
 from touchd.lab.scenes.room import Stage, View, make_room
@@ -69,10 +79,26 @@ _ENTRIES: Mapping[str, Entry] = {
     "head": Entry(disturbances.heads, "a head between camera and table while someone touches"),
     "legs": Entry(disturbances.legs, "legs beside the table while someone touches", View.EDGES),
     "objects": Entry(disturbances.objects, "a phone, a cup and a booklet are put down; touches beside them"),
+    "near-head": Entry(disturbances.near_head, "a head too near for the camera covers a part; touches beside it go on"),
+    "drift": Entry(living.drift, "readings drift by 3 raw steps in 25 s during taps and lines"),
+    "drift-long": Entry(living.drift_long, "readings drift by 10 raw steps in 10 minutes, with taps all along"),
+    "knock": Entry(living.knock, "the camera is knocked while someone touches; then an empty table, then touches"),
+    "blind": Entry(living.blind, "the camera is covered, and then dazzled, while someone touches"),
+    "phone": Entry(handling.phone, "a phone is put down, touched, pushed and taken away"),
+    "cup": Entry(handling.cup, "a cup with a lid is put down, touched, pushed and taken away"),
+    "book": Entry(handling.book, "a book is put down, touched, pushed and taken away"),
+    "paper": Entry(handling.paper, "a sheet with a curled corner is put down, touched, pushed and taken away"),
+    "laptop": Entry(handling.laptop, "an open laptop is put down, touched, pushed and taken away"),
+    "forearm": Entry(resting.forearm, "a forearm rests on the table for a minute while both hands' fingers work"),
+    "hover-height": Entry(resting.hover_height, "fingers held and moved at known heights, which then touch"),
+    "held": Entry(resting.held, "a finger held for 10 minutes, swaying by less than a millimetre"),
+    "four-hands": Entry(crowds.four_hands, "two people tap and draw with both hands, at times near each other"),
     "ray": Entry(crowds.along_the_ray, "fingers along the camera's own ray"),
     "own-hand": Entry(crowds.own_hand, "fingers that their own hand hides, wholly or in part"),
 }
 
+# Scenes of ten minutes.
+LONG_SCENES = ("drift-long", "held")
 LAB_SCENES: Mapping[str, str] = {name: entry.meaning for name, entry in _ENTRIES.items()}
 
 
@@ -90,7 +116,7 @@ def lab_scene(name: str, height_mm: float, seed: int) -> LabScene:
     room = make_room(entry.view, height_mm, seed, rng)
     cast = entry.family(room)
     end_ns = round(cast.props_end_ms * NS)
-    play = Play(room.camera, room.area, room.ground, cast.performers, cast.props, cast.stacks, end_ns)
+    play = Play(room.camera, room.area, room.ground, cast.performers, cast.props, cast.stacks, cast.things, end_ns)
     return LabScene(
         name=name,
         height_mm=height_mm,
@@ -102,5 +128,6 @@ def lab_scene(name: str, height_mm: float, seed: int) -> LabScene:
         calibration_frames=CALIBRATION_FRAMES,
         frames=frame_index(play.end_ns) + 1 + _AFTER_FRAMES,
         play=play,
-        stage=Stage(room, seed),
+        stage=Stage(room, seed, cast.upsets),
+        upsets=cast.upsets,
     )

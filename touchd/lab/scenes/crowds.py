@@ -3,7 +3,7 @@
 from functools import partial
 from math import atan2, degrees, hypot
 
-from touchd.lab.scenes.cast import Cast, above, end_ms, fly_to, somewhere, visit
+from touchd.lab.scenes.cast import Cast, above, end_ms, fly_to, lift, press, somewhere, visit
 from touchd.lab.scenes.many_fingers import both_hands_open
 from touchd.lab.scenes.people import Person, someone
 from touchd.lab.scenes.performer import Performer
@@ -14,6 +14,8 @@ from touchd.lab.scenes.timeline import Way, place_at
 from touchd.table.postures import POINTING
 from touchd.table.scene import Place
 
+_BESIDE_MM, _OPPOSITE_MM = 110.0, 120.0  # between the fingertips of hands that meet
+_MEET_MS = 7500.0
 _ARCH_DEG = 12.0  # by which a pointing finger's last bone is steeper than the finger
 
 
@@ -39,6 +41,23 @@ def two_people(room: Room) -> Cast:
             begin = above(room, POINTING, at, room.between(25.0, 55.0))
             start = 200.0 + room.between(0.0, 500.0)
             performers.append(visit(room, person, hand, begin, start, partial(_work_around, room, at), left=left))
+    return Cast(tuple(performers))
+
+
+def four_hands(room: Room) -> Cast:
+    """Tap and draw with both hands of two people, each hand from its own side; at times two are near each other."""
+    side = 180.0 + room.between(-20.0, 20.0)
+    performers = []
+    for number in (0, 1):
+        person = someone(room, number, side + 180.0 * number)
+        for left in (False, True):
+            hand = 2 * number + int(left)
+            right_half, near_half = hand in (0, 3), hand in (0, 1)
+            home = room.area.at(0.26 + 0.48 * right_half, 0.3 + 0.4 * near_half)
+            towards = (1.0 if right_half else -1.0, 1.0 if near_half else -1.0)
+            begin = above(room, POINTING, home, room.between(25.0, 55.0))
+            part = partial(_work_and_meet, room, home, towards)
+            performers.append(visit(room, person, hand, begin, 200.0 + room.between(0.0, 500.0), part, left=left))
     return Cast(tuple(performers))
 
 
@@ -71,6 +90,27 @@ def _work_around(room: Room, home: Place, way: Way) -> None:
     way.go(way.here.lifted(25.0 * room.lift), 120.0)
     fly_to(way, home)
     tap_burst(room, way, 4)
+
+
+def _work_and_meet(room: Room, home: Place, towards: Place, way: Way) -> None:
+    """Work at home, beside the same person's other hand, at home, and opposite the other person's hand.
+
+    ``towards`` is the direction (right, down) of this hand's quarter from the middle of the table.
+    """
+    x_mm, y_mm = room.area.centre_mm
+    beside = (x_mm + 0.5 * _BESIDE_MM * towards[0], home[1])
+    opposite = (home[0], y_mm + 0.5 * _OPPOSITE_MM * towards[1])
+    for meeting, place in enumerate((beside, opposite)):
+        _work_around(room, home, way)
+        way.wait(_MEET_MS * (meeting + 1))
+        fly_to(way, place)
+        for _ in range(3):
+            touch_once(room, way, room.between(120.0, 350.0))
+        press(way, 120.0)
+        way.draw(way.here.moved(place_at(place, 30.0, room.between(0.0, 360.0))), room.between(60.0, 120.0))
+        way.draw(way.here.moved(place), room.between(60.0, 120.0))
+        lift(room, way)
+        fly_to(way, home)
 
 
 def _seen_from_behind(room: Room, leaning_deg: float) -> Cast:

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from functools import partial
-from math import pi, sin
+from math import pi, radians, sin
 
-from touchd.lab.scenes.cast import NS, Cast, above, end_ms, fly_to, somewhere, visit
+import numpy as np
+
+from touchd.lab.scenes.cast import NS, Cast, above, end_ms, fly_to, lift, press, somewhere, visit
 from touchd.lab.scenes.people import Person, someone
 from touchd.lab.scenes.performer import Performer
 from touchd.lab.scenes.play import Prop
@@ -17,6 +19,8 @@ from touchd.table.postures import IN_THE_AIR, POINTING
 from touchd.table.scene import Block, Capsule, Hand, Place
 
 _WALK_NS = 5_000_000_000  # to and fro
+_HEAD_OFF_MM = 320.0  # from the camera to the top of a head that is too near for it
+_HEAD_IN_MS, _HEAD_WAY_MS = 2200.0, 700.0
 _STACK_STEP_MM, _STACK_STEP_MS, _TALLEST_MM = 1.0, 300.0, 44.0
 
 
@@ -52,6 +56,43 @@ def heads(room: Room) -> Cast:
 def dark_hair(room: Room) -> Cast:
     """Lean a head with black hair, of which nothing can be read, in and out while another one touches."""
     return _leaning(room, dark_hair=True)
+
+
+def near_head(room: Room) -> Cast:
+    """Hold a head nearer to the camera than it can see over a part of the table; others touch beside and under it."""
+    ahead_deg = float(room.rng.choice([0.0, 90.0, 180.0, 270.0])) + room.between(-12.0, 12.0)
+    free_side, under_side = someone(room, 0, ahead_deg), someone(room, 1, ahead_deg + 90.0)
+    extent = room.area.size_mm[0 if abs(sin(radians(ahead_deg))) > 0.7 else 1]
+
+    def place(ahead: float, aside: float) -> Place:
+        return place_at(
+            place_at(room.area.centre_mm, ahead * extent, ahead_deg), aside * room.area.size_mm[1], ahead_deg + 90.0
+        )
+
+    def holds(way: Way) -> None:
+        press(way, 120.0)
+        for _ in range(4):
+            way.draw(way.here.moved(place(room.between(0.2, 0.4), -0.18)), room.between(50.0, 110.0))
+            way.stay(300.0)
+        lift(room, way)
+
+    def taps(way: Way) -> None:
+        for _ in range(7):
+            fly_to(way, place(room.between(0.2, 0.4), room.between(0.08, 0.25)))
+            touch_once(room, way, room.between(100.0, 300.0))
+
+    def ends_under_it(way: Way) -> None:
+        press(way, 120.0)
+        way.wait(_HEAD_IN_MS + _HEAD_WAY_MS + 300.0)
+        lift(room, way)
+
+    performers = (
+        visit(room, free_side, 0, above(room, POINTING, place(0.3, -0.18), 40.0), 200.0, holds, left=True),
+        visit(room, free_side, 1, above(room, POINTING, place(0.3, 0.15), 45.0), 500.0, taps, left=False),
+        visit(room, under_side, 2, above(room, POINTING, place(-0.3, 0.1), 40.0), 300.0, ends_under_it),
+    )
+    out_ms = max(end_ms(performer) for performer in performers[:2]) - 1500.0
+    return Cast(performers, (_over_a_part(room, ahead_deg, extent, out_ms),), out_ms + _HEAD_WAY_MS + 500.0)
 
 
 def legs(room: Room) -> Cast:
@@ -149,6 +190,27 @@ def _leaning(room: Room, dark_hair: bool) -> Cast:
         return head((ahead[0] * way, ahead[1] * way, high), ahead, scale, dark_hair)
 
     return Cast((worker,), (leans,), span_ms)
+
+
+def _over_a_part(room: Room, ahead_deg: float, extent: float, out_ms: float) -> Prop:
+    """Return a head that comes in over the table's side opposite to a bearing, and goes out again."""
+    eye = room.camera.eye_mm()
+    share = (_HEAD_OFF_MM + 98.0) / float(np.linalg.norm(eye))  # of the way from the camera to the table
+    x, y = place_at((0.0, 0.0), 1.0, ahead_deg)
+    front_mm = 104.0 / share  # how far in front of a head's middle its chin is seen on the table
+    rest, start = -(0.06 * extent + front_mm), -(1.1 * extent + 3.0 * front_mm)
+
+    def looms(t_ns: int) -> Hand | None:
+        t_ms = t_ns / NS
+        inwards = min(max((t_ms - _HEAD_IN_MS) / _HEAD_WAY_MS, 0.0), 1.0)
+        outwards = min(max((t_ms - out_ms) / _HEAD_WAY_MS, 0.0), 1.0)
+        if inwards == outwards:
+            return None
+        way = start + (rest - start) * sin(0.5 * pi * (inwards - outwards))
+        at = eye + share * (np.array([x * way, y * way, 0.0]) - eye)
+        return head((float(at[0]), float(at[1]), float(at[2])), (x, y), 1.0, dark_hair=False)
+
+    return looms
 
 
 def _walker(room: Room, number: int, span_ms: float) -> Prop:

@@ -94,17 +94,18 @@ def pivot(room: Room, person: Person, left: bool) -> Place:
 
 def enter(room: Room, person: Person, left: bool, stance: Stance, start_ms: float) -> Way:
     """Return a way that comes in from outside the picture to a stance."""
-    way = Way(_outside(room, person, left, stance), start_ms)
+    way = Way(outside(room, person, left, stance), start_ms)
     way.reach(stance)
     return way
 
 
 def leave(room: Room, person: Person, left: bool, way: Way) -> None:
     """End a way outside the picture."""
-    way.reach(_outside(room, person, left, way.here))
+    way.reach(outside(room, person, left, way.here))
 
 
-def _outside(room: Room, person: Person, left: bool, stance: Stance) -> Stance:
+def outside(room: Room, person: Person, left: bool, stance: Stance, beyond_mm: float = _OUTSIDE_MM) -> Stance:
+    """Return where a hand is before it comes in: so far beyond the picture's edge, back along its arm."""
     far = pivot(room, person, left)
     x_mm, y_mm = stance.at_mm
     distance = hypot(far[0] - x_mm, far[1] - y_mm)
@@ -114,6 +115,6 @@ def _outside(room: Room, person: Person, left: bool, stance: Stance) -> Stance:
         if not bool(np.all((pixel >= 0.0) & (pixel <= np.array([639.0, 479.0])))):
             break
         x_mm, y_mm = x_mm + step[0], y_mm + step[1]
-    beyond = _OUTSIDE_MM / _STEP_MM
+    beyond = beyond_mm / _STEP_MM
     place = (x_mm + beyond * step[0], y_mm + beyond * step[1])
     return stance.lifted(60.0 * room.lift).moved(place)

@@ -29,7 +29,9 @@ class Performer:
     """A hand that plays its part.
 
     ``pivot_mm`` is the far place outside the table from which the arm comes; ``wrist_deg`` how the hand is turned
-    against it.
+    against it. ``ground`` is what it moves over where that is not the room's ground: a thing that lies there.
+    ``holding_mm``: fingertips lower than this hold a thing and may be taken for touches. With ``forearm_rests`` the
+    elbow is as high as the heel.
     """
 
     person: int
@@ -41,6 +43,9 @@ class Performer:
     wrist_deg: float
     sleeve: Sleeve | None
     legs: tuple[Leg, ...]
+    ground: Ground | None = None
+    holding_mm: float = 0.0
+    forearm_rests: bool = False
 
     @property
     def end_ns(self) -> int:
@@ -62,7 +67,8 @@ class Performer:
         heading = self._heading_deg(stance)
         aim = Aim(heading, stance.pitch_deg, balls, stance.anchor_mm, stance.heel_mm, ground.top_mm)
         held = pose(self.build, self.grip, aim)
-        return with_arm(held, self.build, self.pivot_mm, self.shoulder_mm, self.sleeve)
+        elbow_mm = stance.heel_mm if self.forearm_rests else None
+        return with_arm(held, self.build, self.pivot_mm, self.shoulder_mm, self.sleeve, elbow_mm)
 
     def feet(self, leg: Leg, t_ns: int, ground: Ground) -> tuple[Foot, ...]:
         """Return where the fingertips in play are at a time within a leg, in the order of the grip."""

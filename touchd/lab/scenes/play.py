@@ -7,8 +7,9 @@ import numpy as np
 
 from touchd.geometry import Doubles, project_ideal
 from touchd.lab.scenes.performer import Foot, Numbered, Performer, finger_number, numbered
+from touchd.lab.scenes.things import Kind, Laid, Thing
 from touchd.lab.scenes.timeline import Leg
-from touchd.lab.scenes.truth import NO_TOUCH, TrueStack, TrueTip, TrueTouch
+from touchd.lab.scenes.truth import NO_TOUCH, TrueStack, TrueThing, TrueTip, TrueTouch
 from touchd.table.relief import Ground
 from touchd.table.scene import Area, Block, Hand, TableCamera
 
@@ -29,6 +30,7 @@ class Play:
         performers: tuple[Performer, ...],
         props: tuple[Prop, ...],
         stacks: Stacks | None,
+        things: tuple[Thing, ...],
         end_ns: int,
     ) -> None:
         """``end_ns`` is when the last thing is gone; performers may end later."""
@@ -37,6 +39,7 @@ class Play:
         self._performers = performers
         self._props = props
         self._stacks = stacks
+        self._things = things
         self._numbered = numbered(performers)
         self._to_area = _homography(camera, area)
         self.end_ns = max([end_ns, *(performer.end_ns for performer in performers)])
@@ -48,8 +51,10 @@ class Play:
 
     def hands(self, t_ns: int) -> tuple[Hand, ...]:
         """Return all that is over the surface at a time."""
-        shown = [performer.posed(leg, t_ns, self._ground) for performer, leg in self._on_stage(t_ns)]
+        shown = [performer.posed(leg, t_ns, self._under(performer)) for performer, leg in self._on_stage(t_ns)]
         things = [thing for thing in (prop(t_ns) for prop in self._props) if thing is not None]
+        laid = ((thing, thing.laid(t_ns)) for thing in self._things)
+        things += [Hand(thing.kind.solids(at), ()) for thing, at in laid if at is not None]
         stacks = self._stacks_at(t_ns)
         return (*shown, *things, Hand(stacks, ())) if stacks else (*shown, *things)
 
@@ -62,6 +67,11 @@ class Play:
         pairs = zip(places, blocks, strict=True)
         return tuple(TrueStack(x, y, block.size_mm[0], block.size_mm[2]) for (x, y), block in pairs)
 
+    def things(self, t_ns: int) -> tuple[TrueThing, ...]:
+        """Return the things at a time."""
+        laid = ((number, thing.kind, thing.laid(t_ns)) for number, thing in enumerate(self._things, 1))
+        return tuple(self._true_thing(number, kind, at) for number, kind, at in laid if at is not None)
+
     def tips(self, t_ns: int) -> tuple[TrueTip, ...]:
         """Return the fingertips in play that are in the picture at a time."""
         return tuple(tip for performer, leg in self._on_stage(t_ns) for tip in self._tips_of(performer, leg, t_ns))
@@ -69,12 +79,23 @@ class Play:
     def _stacks_at(self, t_ns: int) -> tuple[Block, ...]:
         return () if self._stacks is None else self._stacks(t_ns)
 
+    def _under(self, performer: Performer) -> Ground:
+        """Return what a performer moves over."""
+        return performer.ground or self._ground
+
     def _on_stage(self, t_ns: int) -> list[tuple[Performer, Leg]]:
         pairs = ((performer, performer.leg(t_ns)) for performer in self._performers)
         return [(performer, leg) for performer, leg in pairs if leg is not None]
 
+    def _true_thing(self, number: int, kind: Kind, at: Laid) -> TrueThing:
+        high = kind.size_mm[2]
+        outline, footprint = (
+            tuple((x, y) for x, y in self._area_coordinates(kind.corners_mm(at, up_mm))) for up_mm in (high, -at.z_mm)
+        )
+        return TrueThing(number, kind.name, outline, footprint, at.z_mm + high, at.held)
+
     def _tips_of(self, performer: Performer, leg: Leg, t_ns: int) -> list[TrueTip]:
-        feet = performer.feet(leg, t_ns, self._ground)
+        feet = performer.feet(leg, t_ns, self._under(performer))
         speeds = performer.speeds_mm_s(leg, t_ns)
         places = np.array([foot.place_mm for foot in feet])
         inside = self._in_picture(places)
@@ -113,6 +134,8 @@ class Play:
             down_ns=None if touch is None else touch.down_ns,
             lift_ns=None if touch is None else touch.lift_ns,
             radius_mm=performer.build.tip_radius_mm(performer.grip.fingers[tip]),
+            side="left" if performer.build.left else "right",
+            either=foot.height_mm < performer.holding_mm,
         )
 
     def _touch(self, performer: Performer, leg: int, tip: int) -> TrueTouch | None:

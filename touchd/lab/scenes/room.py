@@ -6,7 +6,9 @@ from enum import StrEnum
 import numpy as np
 
 from touchd.geometry import KINECT_SIZE
+from touchd.lab.scenes.upsets import Upsets
 from touchd.model import AreaCorners, Intrinsics, Sensor
+from touchd.table.misreading import TRUE_READING, Misreading, uneven
 from touchd.table.relief import Book, Bowl, Ground
 from touchd.table.scene import KINECT_INTRINSICS, Area, TableCamera, area_corners_px
 from touchd.table.sensor_kinect import KinectModel
@@ -19,6 +21,9 @@ _BLIND_PX = 10.0  # at the picture's right end
 _EDGE_R2 = (319.5 / KINECT_INTRINSICS.fx) ** 2
 _LARGEST_BEND = 0.025  # at the picture's edge
 _LARGEST_SHIFT_PX = 15.0
+_UNEVEN_DRIFT = 0.15  # by which drift differs over the picture
+_DRIFT_KEY = 7  # apart from the other numbers drawn from a scene's seed
+_DROWNED = 0.998  # of the readings, in glaring light
 
 
 class View(StrEnum):
@@ -66,19 +71,41 @@ class Room:
 
 
 class Stage:
-    """The table of a room, made when its first frame is asked for: that takes most of a second."""
+    """The table of a room, made when its first frame is asked for: that takes most of a second.
 
-    def __init__(self, room: Room, seed: int) -> None:
+    Times are on the scene's clock, on which those of the calibration lie below 0.
+    """
+
+    def __init__(self, room: Room, seed: int, upsets: Upsets) -> None:
         self._room = room
         self._seed = seed
-        self._table: Table | None = None
+        self._upsets = upsets
+        self._tables: dict[bool, Table] = {}  # by whether the camera was knocked
+        self._unevenness = uneven(KINECT_SIZE, _UNEVEN_DRIFT, np.random.default_rng([seed, _DRIFT_KEY]))
 
-    @property
-    def table(self) -> Table:
-        """The table that renders the frames."""
-        if self._table is None:
-            self._table = Table(self._room.camera, self._seed, self._room.model, self._room.ground)
-        return self._table
+    def camera_at(self, t_ns: int) -> TableCamera:
+        """Return the camera as it stands at a time."""
+        knock = self._upsets.knock
+        if knock is None or t_ns < knock.upset.start_ns:
+            return self._room.camera
+        return replace(self._room.camera, knocked_deg=knock.turned_deg)
+
+    def table_at(self, t_ns: int) -> Table:
+        """Return the table that renders the frames of a time."""
+        camera = self.camera_at(t_ns)
+        knocked = camera is not self._room.camera
+        if knocked not in self._tables:
+            self._tables[knocked] = Table(camera, self._seed, self._room.model, self._room.ground)
+        return self._tables[knocked]
+
+    def misreading_at(self, t_ns: int) -> Misreading:
+        """Return how the sensor reads wrongly at a time."""
+        glare, drift = self._upsets.glare, self._upsets.drift
+        if glare is not None and t_ns in glare:
+            return Misreading(drowned=_DROWNED)
+        if drift is not None and t_ns > 0:
+            return Misreading(off=self._unevenness * np.float32(drift.at(t_ns)))
+        return TRUE_READING
 
 
 def make_room(view: View, height_mm: float, seed: int, rng: np.random.Generator) -> Room:

@@ -1,6 +1,7 @@
 """The way of a hand through a scene: stances, and the smooth motion from one to the next."""
 
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from math import cos, dist, radians, sin, tau
 
 from touchd.table.scene import Place
@@ -67,21 +68,38 @@ class Arc:
         )
 
 
+class Pace(Enum):
+    """How the speed of a motion goes."""
+
+    REACH = auto()  # minimum-jerk
+    EVEN = auto()  # constant in the middle
+    GATHERING = auto()  # from rest to a speed that it ends with
+    FADING = auto()  # the other way round
+
+
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """The motion from one stance to the next: minimum-jerk, or ``even`` with a constant speed in its middle."""
+    """The motion from one stance to the next."""
 
     start_ns: int
     end_ns: int
     begin: Stance
     end: Stance
-    even: bool = False
+    pace: Pace = Pace.REACH
     arc: Arc | None = None
 
     def share(self, t_ns: int) -> float:
         """Return how much of the way is done at a time within the leg."""
         s = (t_ns - self.start_ns) / (self.end_ns - self.start_ns)
-        return _even(s) if self.even else s * s * s * (10.0 + s * (6.0 * s - 15.0))
+        match self.pace:
+            case Pace.REACH:
+                return s * s * s * (10.0 + s * (6.0 * s - 15.0))
+            case Pace.EVEN:
+                return _even(s)
+            case Pace.GATHERING:
+                return _gathering(s)
+            case Pace.FADING:
+                return 1.0 - _gathering(1.0 - s)
 
     def at(self, t_ns: int) -> Stance:
         """Return the stance at a time within the leg."""
@@ -102,9 +120,14 @@ class Way:
         self.here = begin
         self._t_ns = round(start_ms * _NS)
 
+    @property
+    def now_ms(self) -> float:
+        """The time at which the way ends so far."""
+        return self._t_ns / _NS
+
     def go(self, to: Stance, span_ms: float) -> None:
         """Move to a stance in so long, with the speed of a reach."""
-        self._add(to, span_ms, even=False, arc=None)
+        self._add(to, span_ms, Pace.REACH, arc=None)
 
     def stay(self, span_ms: float) -> None:
         """Do not move."""
@@ -116,18 +139,30 @@ class Way:
 
     def draw(self, to: Stance, speed_mm_s: float) -> None:
         """Move straight to a stance, at an even speed but for the beginning and the end."""
-        self._add(to, dist(self.here.at_mm, to.at_mm) / speed_mm_s / (1.0 - _RAMP) * 1e3, even=True, arc=None)
+        self._add(to, dist(self.here.at_mm, to.at_mm) / speed_mm_s / (1.0 - _RAMP) * 1e3, Pace.EVEN, arc=None)
+
+    def swipe(self, land: Stance, to: Stance, speed_mm_s: float) -> None:
+        """Move to a stance, at a speed by then, and through it to another one at which it ends."""
+        for stance, pace in ((land, Pace.GATHERING), (to, Pace.FADING)):
+            length_mm = dist(self.here.at_mm, stance.at_mm)
+            self._add(stance, length_mm / speed_mm_s / (1.0 - 0.5 * _RAMP) * 1e3, pace, arc=None)
+
+    def wait(self, until_ms: float) -> None:
+        """Do not move until a time, if it is not over."""
+        left_ms = until_ms - self.now_ms
+        if left_ms > 0.0:
+            self.stay(left_ms)
 
     def circle(self, centre_mm: Place, turns: float, speed_mm_s: float) -> None:
         """Move around a centre, at an even speed but for the beginning and the end."""
         arc = Arc(centre_mm, turns)
         length_mm = tau * abs(turns) * dist(self.here.at_mm, centre_mm)
         end = self.here.moved(arc.moved(self.here.at_mm, 1.0))
-        self._add(end, length_mm / speed_mm_s / (1.0 - _RAMP) * 1e3, even=True, arc=arc)
+        self._add(end, length_mm / speed_mm_s / (1.0 - _RAMP) * 1e3, Pace.EVEN, arc=arc)
 
-    def _add(self, to: Stance, span_ms: float, even: bool, arc: Arc | None) -> None:
+    def _add(self, to: Stance, span_ms: float, pace: Pace, arc: Arc | None) -> None:
         end_ns = self._t_ns + max(1, round(span_ms * _NS))
-        self.legs.append(Leg(self._t_ns, end_ns, self.here, to, even, arc))
+        self.legs.append(Leg(self._t_ns, end_ns, self.here, to, pace, arc))
         self._t_ns, self.here = end_ns, to
 
 
@@ -146,6 +181,15 @@ def _even(s: float) -> float:
     if s > 0.5:
         return 1.0 - _even(1.0 - s)
     whole = 1.0 - _RAMP
+    if s >= _RAMP:
+        return (s - 0.5 * _RAMP) / whole
+    q = s / _RAMP
+    return _RAMP * (q * q * q - 0.5 * q * q * q * q) / whole
+
+
+def _gathering(s: float) -> float:
+    """Return the share of the way of a motion whose speed rises without a jolt and then stays."""
+    whole = 1.0 - 0.5 * _RAMP
     if s >= _RAMP:
         return (s - 0.5 * _RAMP) / whole
     q = s / _RAMP

@@ -3,6 +3,8 @@
 from dataclasses import dataclass, replace
 from typing import Any
 
+from touchd.lab.scenes.upsets import Upset
+
 NO_TOUCH = -1  # the number of a fingertip that only hovers
 
 
@@ -30,7 +32,8 @@ class TrueTip:
     ``finger``, ``hand`` and ``person`` stay the same for a whole scene; a finger's number belongs to no other hand.
     ``x``, ``y`` are the touch point's area coordinates, ``x_mm``, ``y_mm``, ``z_mm`` the same point of the surface in
     table coordinates. ``height_mm`` is the gap between the pad's lowest point and the surface. ``down_ns`` and
-    ``lift_ns`` belong to the touch ``tip``, before and after it as well; None where ``tip`` is -1.
+    ``lift_ns`` belong to the touch ``tip``, before and after it as well; None where ``tip`` is -1. ``either`` is true
+    for a fingertip that holds something so low that it may be taken for a touch or not.
     """
 
     tip: int
@@ -48,6 +51,8 @@ class TrueTip:
     down_ns: int | None
     lift_ns: int | None
     radius_mm: float  # of the fingertip's ball
+    side: str  # "left" or "right": which hand it is
+    either: bool
 
     def later(self, by_ns: int) -> "TrueTip":
         """Return the fingertip on a clock that began earlier."""
@@ -73,6 +78,8 @@ class TrueTip:
             "down_ns": self.down_ns,
             "lift_ns": self.lift_ns,
             "radius_mm": self.radius_mm,
+            "side": self.side,
+            "either": self.either,
         }
 
 
@@ -87,17 +94,53 @@ class TrueStack:
 
 
 @dataclass(frozen=True, slots=True)
+class TrueThing:
+    """A thing on the table or in a hand.
+
+    ``outline`` and ``footprint`` are the area coordinates of the corners of its upper side and of the table right under
+    it, ``height_mm`` is how high its upper side is over the table. ``held``: a hand carries or pushes it.
+    """
+
+    number: int
+    kind: str
+    outline: tuple[tuple[float, float], ...]
+    footprint: tuple[tuple[float, float], ...]
+    height_mm: float
+    held: bool
+
+    def as_json(self) -> dict[str, Any]:
+        """Return its entry in a file of happenings."""
+        return {
+            "id": self.number,
+            "kind": self.kind,
+            "outline": [list(corner) for corner in self.outline],
+            "footprint": [list(corner) for corner in self.footprint],
+            "height_mm": self.height_mm,
+            "held": self.held,
+        }
+
+
+@dataclass(frozen=True, slots=True)
 class TruthFrame:
     """The fingertips of one frame. What must not touch (a heel, a curled finger, an object) is not among them.
 
-    ``stacks`` are those of the scene that asks at what height a thing is taken for a touch.
+    ``stacks`` are those of the scene that asks at what height a thing is taken for a touch. ``things`` are the others.
+    ``upset``: why no touch can be asked for, None where any can.
     """
 
     index: int
     t_ns: int
     tips: tuple[TrueTip, ...]
     stacks: tuple[TrueStack, ...] = ()
+    things: tuple[TrueThing, ...] = ()
+    upset: Upset | None = None
 
     def as_json(self) -> list[dict[str, Any]]:
         """Return the frame's entry of a truth file."""
         return [tip.as_json() for tip in self.tips]
+
+    def happening(self) -> dict[str, Any] | None:
+        """Return the frame's entry in a file of happenings: what there is besides fingertips; None for nothing."""
+        if not self.things and self.upset is None:
+            return None
+        return {"frame": self.index, "upset": self.upset, "things": [thing.as_json() for thing in self.things]}

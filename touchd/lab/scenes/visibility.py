@@ -23,7 +23,8 @@ def visible_shares(scene: LabScene, index: int) -> dict[int, float]:
         return {}
     depth = scene.true_depth(index)
     readable = depth.depth_mm if depth.dark is None else np.where(depth.dark, np.float32(0.0), depth.depth_mm)
-    return {tip.finger: _visible_share(tip, scene.camera, readable) for tip in tips}
+    camera = scene.camera_at(index)
+    return {tip.finger: _visible_share(tip, camera, readable) for tip in tips}
 
 
 def _visible_share(tip: TrueTip, camera: TableCamera, depth_mm: Floats) -> float:

@@ -2,39 +2,79 @@
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from touchd.errors import RecordingError
 from touchd.formats.folder import reading
 
+Pair: TypeAlias = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class SeenHover:
+    """What was said of a fingertip in the air: where it is in area coordinates, and how high."""
+
+    x: float
+    y: float
+    height_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class SeenHand:
+    """What was said of a hand: whose it is, and which ("left" or "right", None: not said)."""
+
+    person: int
+    side: str | None
+
 
 @dataclass(frozen=True, slots=True)
 class SeenFrame:
-    """What was said of one depth frame: each live cursor's id and place in area coordinates."""
+    """What was said of one depth frame: each live cursor's id and place in area coordinates.
+
+    The rest is empty where a program does not say it: the cursors' velocities in area axes a second, the hands that
+    they belong to, fingertips in the air, hands, and the outlines of objects in area coordinates.
+    """
 
     index: int  # of the depth frame, from 0
     t_s: float
     tracking: bool
-    cursors: Mapping[int, tuple[float, float]]
+    cursors: Mapping[int, Pair]
+    velocities: Mapping[int, Pair] = field(default_factory=dict)
+    owners: Mapping[int, int] = field(default_factory=dict)
+    hovers: Mapping[int, SeenHover] = field(default_factory=dict)
+    hands: Mapping[int, SeenHand] = field(default_factory=dict)
+    objects: tuple[tuple[Pair, ...], ...] = ()
+
+
+def seen_frame(event: Mapping[str, Any]) -> SeenFrame:
+    """Return an event in the form of docs/design.md; needed are frame, t, state, and the cursors' id, x, y.
+
+    Raises KeyError, TypeError or ValueError for anything else.
+    """
+    index, t_s, tracking = int(event["frame"]), float(event["t"]), event["state"] == "tracking"
+    cursors = event["cursors"]
+    return SeenFrame(
+        index=index,
+        t_s=t_s,
+        tracking=tracking,
+        cursors={int(c["id"]): (float(c["x"]), float(c["y"])) for c in cursors},
+        velocities={int(c["id"]): (float(c["vx"]), float(c["vy"])) for c in cursors if {"vx", "vy"} <= c.keys()},
+        owners={int(c["id"]): int(c["hand"]) for c in cursors if c.get("hand") is not None},
+        hovers={
+            int(h["id"]): SeenHover(float(h["x"]), float(h["y"]), float(h["height_mm"]))
+            for h in event.get("hovers", ())
+        },
+        hands={int(h["id"]): SeenHand(int(h["person"]), h.get("side")) for h in event.get("hands", ())},
+        objects=tuple(tuple((float(x), float(y)) for x, y in o["outline"]) for o in event.get("objects", ())),
+    )
 
 
 def seen_frames(events: Iterable[Mapping[str, Any]]) -> tuple[SeenFrame, ...]:
-    """Return events in the form of docs/design.md; needed of each: frame, t, state, and the cursors' id, x, y.
-
-    Raises KeyError, TypeError or ValueError for anything else, and where frames do not rise.
-    """
-    frames = tuple(
-        SeenFrame(
-            index=int(event["frame"]),
-            t_s=float(event["t"]),
-            tracking=event["state"] == "tracking",
-            cursors={int(c["id"]): (float(c["x"]), float(c["y"])) for c in event["cursors"]},
-        )
-        for event in events
-    )
+    """Return events as of :func:`seen_frame`. Raises what it does, and ValueError where frames do not rise."""
+    frames = tuple(seen_frame(event) for event in events)
     for before, frame in pairwise(frames):
         if frame.index <= before.index or frame.t_s <= before.t_s:
             raise ValueError(f"frame {frame.index} at {frame.t_s} s comes after frame {before.index} at {before.t_s} s")

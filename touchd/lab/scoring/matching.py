@@ -1,12 +1,12 @@
 """Which cursor stands for which fingertip, frame by frame."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
 
 from touchd.errors import RecordingError
-from touchd.lab.scoring.events import SeenFrame
-from touchd.lab.scoring.truth import Tip, Truth
+from touchd.lab.scoring.events import Pair, SeenFrame, SeenHand, SeenHover
+from touchd.lab.scoring.truth import NOTHING, Outline, Tip, TrueThing, Truth
 from touchd.tracking.assignment import assign
 
 # A cursor may stand for a fingertip this near; as far again as the finger moves in this time, so that one that lags
@@ -17,11 +17,12 @@ NEAR_S = 0.05
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A fingertip with its true velocity in mm/s."""
+    """A fingertip with its true velocity in mm/s: along the surface, and up from it."""
 
     tip: Tip
     vx_mm_s: float
     vy_mm_s: float
+    rising_mm_s: float
 
     @property
     def speed_mm_s(self) -> float:
@@ -31,7 +32,7 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """A cursor that stands for a fingertip, and how far it lies from it: cursor minus truth."""
+    """A cursor, or a hover, that stands for a fingertip, and how far it lies from it: cursor minus truth."""
 
     cursor: int
     place: Place
@@ -41,13 +42,30 @@ class Match:
 
 @dataclass(frozen=True, slots=True)
 class ScoredFrame:
-    """One frame's cursors and fingertips, and which belong together."""
+    """One frame's cursors and fingertips, and which belong together.
+
+    ``cursors``: where they are, in mm of the area. ``hover_matches``: which hovers stand for which fingertips in the
+    air. ``things`` and ``upset`` are the truth's, the rest is as the program said it, in mm and mm/s.
+    """
 
     index: int
     t_s: float
-    cursors: frozenset[int]
+    cursors: Mapping[int, Pair]
     places: tuple[Place, ...]
     matches: tuple[Match, ...]
+    hover_matches: tuple[Match, ...]
+    things: tuple[TrueThing, ...]
+    upset: str | None
+    velocities_mm_s: Mapping[int, Pair]
+    owners: Mapping[int, int]
+    hovers: Mapping[int, SeenHover]
+    hands: Mapping[int, SeenHand]
+    objects_mm: tuple[Outline, ...]
+
+    def contacts(self) -> Iterator[Match]:
+        """Yield what stands for a finger that touches inside the area, in a frame in which that can be asked for."""
+        if self.upset is None:
+            yield from (match for match in self.matches if match.place.tip.touching and match.place.tip.inside)
 
 
 def matched_frames(events: Sequence[SeenFrame], truth: Truth) -> list[ScoredFrame]:
@@ -68,9 +86,33 @@ def matched_frames(events: Sequence[SeenFrame], truth: Truth) -> list[ScoredFram
     for i, event in enumerate(tracked):
         around = (tracked[max(0, i - 1)], tracked[min(len(tracked) - 1, i + 1)])
         places = tuple(_place(tip, around, event.t_s, truth) for tip in truth.frames[event.index])
-        matches = _matches(event.cursors, places, truth.size_mm)
-        frames.append(ScoredFrame(event.index, event.t_s, frozenset(event.cursors), places, matches))
+        frames.append(_matched(event, places, truth))
     return frames
+
+
+def _matched(event: SeenFrame, places: tuple[Place, ...], truth: Truth) -> ScoredFrame:
+    size_mm, happening = truth.size_mm, truth.happenings.get(event.index, NOTHING)
+    cursors = {number: _scaled(at, size_mm) for number, at in event.cursors.items()}
+    hovers = {number: _scaled((hover.x, hover.y), size_mm) for number, hover in event.hovers.items()}
+    return ScoredFrame(
+        index=event.index,
+        t_s=event.t_s,
+        cursors=cursors,
+        places=places,
+        matches=_matches(cursors, places),
+        hover_matches=_matches(hovers, [place for place in places if not place.tip.touching]) if hovers else (),
+        things=happening.things,
+        upset=happening.upset,
+        velocities_mm_s={number: _scaled(velocity, size_mm) for number, velocity in event.velocities.items()},
+        owners=event.owners,
+        hovers=event.hovers,
+        hands=event.hands,
+        objects_mm=tuple(tuple(_scaled(corner, size_mm) for corner in outline) for outline in event.objects),
+    )
+
+
+def _scaled(pair: Pair, size_mm: Pair) -> Pair:
+    return (pair[0] * size_mm[0], pair[1] * size_mm[1])
 
 
 def _place(tip: Tip, around: tuple[SeenFrame, SeenFrame], now_s: float, truth: Truth) -> Place:
@@ -78,8 +120,10 @@ def _place(tip: Tip, around: tuple[SeenFrame, SeenFrame], now_s: float, truth: T
     seen = [(event.t_s, _same(tip, truth.frames[event.index])) for event in around]
     (t0, a), (t1, b) = ((t, other) if other else (now_s, tip) for t, other in seen)
     if t1 <= t0:
-        return Place(tip, 0.0, 0.0)
-    return Place(tip, (b.x_mm - a.x_mm) / (t1 - t0), (b.y_mm - a.y_mm) / (t1 - t0))
+        return Place(tip, 0.0, 0.0, 0.0)
+    span_s = t1 - t0
+    rising = (b.clearance_mm - a.clearance_mm) / span_s
+    return Place(tip, (b.x_mm - a.x_mm) / span_s, (b.y_mm - a.y_mm) / span_s, rising)
 
 
 def _same(tip: Tip, tips: Sequence[Tip]) -> Tip | None:
@@ -87,16 +131,11 @@ def _same(tip: Tip, tips: Sequence[Tip]) -> Tip | None:
     return next((t for t in tips if t.touch == tip.touch and t.finger == tip.finger and t.hand == tip.hand), None)
 
 
-def _matches(
-    cursors: Mapping[int, tuple[float, float]], places: Sequence[Place], size_mm: tuple[float, float]
-) -> tuple[Match, ...]:
+def _matches(cursors: Mapping[int, Pair], places: Sequence[Place]) -> tuple[Match, ...]:
     ids = sorted(cursors)
     gates = [NEAR_MM + NEAR_S * place.speed_mm_s for place in places]
     limit = max(gates, default=NEAR_MM) ** 2
-    ways = [
-        [(cursors[i][0] * size_mm[0] - p.tip.x_mm, cursors[i][1] * size_mm[1] - p.tip.y_mm) for i in ids]
-        for p in places
-    ]
+    ways = [[(cursors[i][0] - place.tip.x_mm, cursors[i][1] - place.tip.y_mm) for i in ids] for place in places]
     choices = [
         [(column, dx * dx + dy * dy) for column, (dx, dy) in enumerate(row) if dx * dx + dy * dy < gate * gate]
         for row, gate in zip(ways, gates, strict=True)

@@ -6,7 +6,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from touchd.lab.scoring.rests import ThingScore
 from touchd.lab.scoring.score import Samples, Score
+from touchd.lab.scoring.upset import UpsetScore
 
 _GAP_STEP_MM = 2.0
 _RESOLVED_SHARE = 0.9
@@ -32,6 +34,15 @@ def _percentile(samples: Samples, percent: float) -> float | None:
 
 def _mean(samples: Samples) -> float | None:
     return float(np.mean(samples)) if samples else None
+
+
+def _outlived(upset: UpsetScore) -> float | None:
+    return max(upset.outlived_ms, default=0.0) if upset.upsets else None
+
+
+def _around_things(things: ThingScore, count: int) -> float | None:
+    """Return a count of what happens around things, None where there are none."""
+    return float(count) if things.rests else None
 
 
 def least_gap_mm(score: Score) -> float | None:
@@ -79,6 +90,63 @@ MEASURES: Sequence[Measure] = (
     Measure("lift_median", "lift-off delay, median", "frames", lambda s: _percentile(s.lift_frames, 50)),
     Measure("lift_p95", "lift-off delay, p95", "frames", lambda s: _percentile(s.lift_frames, 95)),
     Measure("gap", "pinch resolved down to", "mm", least_gap_mm),
+    Measure("outlived", "cursor's longest life after an upset", "ms", lambda s: _outlived(s.upset)),
+    Measure(
+        "after_found", "touches after an upset found", "%", lambda s: _share(s.upset.found_after, s.upset.after, 100.0)
+    ),
+    Measure("after_error", "position error after an upset, mean", "mm", lambda s: _mean(s.upset.errors_after_mm)),
+    Measure("on_found", "touches on things found", "%", lambda s: _share(s.things.found_on, s.things.on, 100.0)),
+    Measure(
+        "beside_found",
+        "touches beside things found",
+        "%",
+        lambda s: _share(s.things.found_beside, s.things.beside, 100.0),
+    ),
+    Measure(
+        "lay_found",
+        "touches where a thing lay found",
+        "%",
+        lambda s: _share(s.things.found_where_lay, s.things.where_lay, 100.0),
+    ),
+    Measure("on_false", "false touches on things", "", lambda s: _around_things(s.things, s.things.false_on)),
+    Measure(
+        "lay_false", "false touches where a thing lay", "", lambda s: _around_things(s.things, s.things.false_where_lay)
+    ),
+    Measure(
+        "things_seen",
+        "frames in which a thing is an object",
+        "%",
+        lambda s: _share(s.things.seen, s.things.lying, 100.0),
+    ),
+    Measure("ghosts", "objects that are none", "%", lambda s: _share(s.things.ghosts, s.things.told, 100.0)),
+    Measure(
+        "hand_right",
+        "contacts given to the right hand",
+        "%",
+        lambda s: _share(s.owners.right_hand, s.owners.contacts, 100.0),
+    ),
+    Measure(
+        "person_right",
+        "contacts given to the right person",
+        "%",
+        lambda s: _share(s.owners.right_person, s.owners.contacts, 100.0),
+    ),
+    Measure(
+        "side_right",
+        "left or right hand right where said",
+        "%",
+        lambda s: _share(s.owners.right_side, s.owners.sided, 100.0),
+    ),
+    Measure("hovers_found", "hovers found", "%", lambda s: _share(s.hovering.found, s.hovering.hovering, 100.0)),
+    Measure("hover_error", "hover height error, mean", "mm", lambda s: _mean(s.hovering.height_errors_mm)),
+    Measure("hover_p95", "hover height error, p95", "mm", lambda s: _percentile(s.hovering.height_errors_mm, 95)),
+    Measure("landing_error", "first frame's position error, mean", "mm", lambda s: _mean(s.hovering.landing_errors_mm)),
+    Measure(
+        "landing_speed",
+        "first frame's velocity error, mean",
+        "mm/s",
+        lambda s: _mean(s.hovering.landing_speed_errors_mm_s),
+    ),
 )
 
 BY_KEY: Mapping[str, Measure] = MappingProxyType({measure.key: measure for measure in MEASURES})

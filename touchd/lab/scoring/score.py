@@ -1,12 +1,15 @@
 """The score of a run: counts and samples, which add up over runs."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, is_dataclass
 from itertools import dropwhile, pairwise
-from typing import TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from touchd.lab.scoring.events import SeenFrame
+from touchd.lab.scoring.hovering import HoverScore, hover_score
 from touchd.lab.scoring.matching import ScoredFrame, matched_frames
+from touchd.lab.scoring.owners import OwnerScore, owner_score
+from touchd.lab.scoring.rests import ThingScore, thing_score
 from touchd.lab.scoring.touches import (
     Life,
     Sighting,
@@ -20,9 +23,11 @@ from touchd.lab.scoring.touches import (
     true_touches,
 )
 from touchd.lab.scoring.truth import Truth
+from touchd.lab.scoring.upset import UpsetScore, upset_score
 from touchd.lab.scoring.ways import errors_mm, gaps_mm, lags_ms, wobbles_mm
 
 Samples: TypeAlias = tuple[float, ...]
+Kind = TypeVar("Kind")
 
 # A touch is found if a cursor is on it in half as many frames as it touches, counted to this long after the lift.
 _LATE_S = 0.07
@@ -46,8 +51,9 @@ class Score:
       first frame after its last one (none where the finger still touches: that shows as a split or a loss).
     - ``down_frames``, ``lift_frames``: frames from the first one of a found touch to its first cursor's, and from the
       last one to its last cursor's; below 0 where the cursor was earlier.
-    - ``resolved_gaps_mm``, ``unresolved_gaps_mm``: where exactly two fingers touch, both of one hand: their distance in
-      frames with a cursor for each, and in the others.
+    - ``resolved_gaps_mm``, ``unresolved_gaps_mm``: where exactly two fingers touch, both of one hand and neither known
+      to be hidden: their distance in frames with a cursor for each, and in the others.
+    - ``upset``, ``things``, ``owners``, ``hovering``: what happened besides; none of it counts where nothing tells it.
     """
 
     touches: int = 0
@@ -68,21 +74,30 @@ class Score:
     lift_frames: Samples = ()
     resolved_gaps_mm: Samples = ()
     unresolved_gaps_mm: Samples = ()
+    upset: UpsetScore = field(default_factory=UpsetScore)
+    things: ThingScore = field(default_factory=ThingScore)
+    owners: OwnerScore = field(default_factory=OwnerScore)
+    hovering: HoverScore = field(default_factory=HoverScore)
 
 
 def pooled(scores: Iterable[Score]) -> Score:
     """Return the score of all runs as one."""
-    total = {field.name: getattr(Score(), field.name) for field in fields(Score)}
-    parts: dict[str, list[Samples]] = {}
-    for score_ in scores:
-        for name, value in total.items():
-            more = getattr(score_, name)
-            if isinstance(value, tuple):
-                parts.setdefault(name, []).append(more)
-            else:
-                total[name] = value + more
-    joined = {name: tuple(x for part in own for x in part) for name, own in parts.items()}
-    return Score(**total | joined)
+    return _pooled(Score, list(scores))
+
+
+def _pooled(kind: type[Kind], scores: Sequence[Kind]) -> Kind:
+    """Return the sum of scores of a kind, with the samples of all, and the same of the scores within them."""
+    total: dict[str, Any] = {}
+    for name in (each.name for each in fields(kind)):  # type: ignore[arg-type]  # all kinds are dataclasses
+        empty = getattr(kind(), name)
+        values = [getattr(score_, name) for score_ in scores]
+        if is_dataclass(empty):
+            total[name] = _pooled(type(empty), values)
+        elif isinstance(empty, tuple):
+            total[name] = tuple(sample for samples in values for sample in samples)
+        else:
+            total[name] = sum(values, empty)
+    return kind(**total)
 
 
 def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
@@ -96,7 +111,9 @@ def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
     found = {n for n, touch in touches.items() if _is_covered(frames, touch, own[n])}
     free = {n for n in touches if truth.visible.get(n, 0.0) >= _PLAIN_SIGHT}
     swaps = [swap for n in touches for swap in _switches(own[n], cursors, touches, touches[n].finger)]
-    resolved, unresolved = gaps_mm(frames)
+    false = [life for cursor, life in cursors.items() if is_false(frames, cursor, life)]
+    hidden = {n for n in touches if truth.visible.get(n, 1.0) < _PLAIN_SIGHT}
+    resolved, unresolved = gaps_mm(frames, hidden)
     return Score(
         touches=len(touches),
         found=len(found),
@@ -105,7 +122,7 @@ def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
         found_free=len(free & found),
         splits=swaps.count(False),
         swaps=swaps.count(True),
-        false_touches=sum(is_false(frames, cursor, life) for cursor, life in cursors.items()),
+        false_touches=len(false),
         tracked_s=_duration_s(frames),
         errors_mm=tuple(errors_mm(frames)),
         lags_ms=tuple(lags_ms(frames)),
@@ -116,6 +133,10 @@ def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
         lift_frames=tuple(float(_end(frames, own[n][-1], cursors, n) - touches[n].last) for n in sorted(found)),
         resolved_gaps_mm=resolved,
         unresolved_gaps_mm=unresolved,
+        upset=upset_score(frames, touches, cursors, found),
+        things=thing_score(frames, touches, found, false),
+        owners=owner_score(frames),
+        hovering=hover_score(frames, touches, own, cursors, found),
     )
 
 

@@ -3,11 +3,14 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from touchd.lab.scoring.events import Pair
 from touchd.lab.scoring.matching import Match, ScoredFrame
+from touchd.lab.scoring.truth import Tip
 
 # A cursor that comes this long before a touch, or stays this long after it, still was made for it.
 AROUND_S = 0.1
 LATE_S = 0.05
+_LET_GO_S = 0.2  # one that stands for a finger that holds a thing is gone so soon after it let go and rises
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +18,7 @@ class TrueTouch:
     """A true touch; frames are positions in the list of scored frames.
 
     ``first`` and ``last``: the frames between which it touches inside the area; ``touching``: in how many it does so.
+    ``place_mm``: where it begins; ``raised``: on something, higher than the table.
     """
 
     number: int
@@ -22,6 +26,8 @@ class TrueTouch:
     first: int
     last: int
     touching: int
+    place_mm: Pair
+    raised: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,27 +40,40 @@ class Sighting:
 
 @dataclass(frozen=True, slots=True)
 class Life:
-    """A cursor's first and last frame, and the touch for which it was made: the first that it stood for, or None."""
+    """A cursor's first and last frame, and the touch for which it was made: the first that it stood for, or None.
+
+    ``place_mm``: where it was in its first frame.
+    """
 
     born: int
     ended: int
     made_for: int | None
+    place_mm: Pair
 
 
 def true_touches(frames: Sequence[ScoredFrame]) -> dict[int, TrueTouch]:
     """Return by number the touches that touch inside the area in at least one frame.
 
-    A touch too short for the camera to see it touching is none: no program could be asked to find it.
+    A touch too short for the camera to see it touching is none: no program could be asked to find it. Nor is one during
+    which the camera was knocked or blind.
     """
     seen: dict[int, list[int]] = {}
-    fingers: dict[int, tuple[int, int]] = {}
+    begins: dict[int, Tip] = {}
+    upset: set[int] = set()
     for at, frame in enumerate(frames):
         for place in frame.places:
             tip = place.tip
             if tip.touch > 0 and tip.touching and tip.inside:
                 seen.setdefault(tip.touch, []).append(at)
-                fingers[tip.touch] = (tip.hand, tip.finger)
-    return {n: TrueTouch(n, fingers[n], ats[0], ats[-1], len(ats)) for n, ats in seen.items()}
+                begins.setdefault(tip.touch, tip)
+                upset |= {tip.touch} if frame.upset is not None else set()
+    return {n: _true_touch(begins[n], ats) for n, ats in seen.items() if n not in upset}
+
+
+def _true_touch(tip: Tip, ats: Sequence[int]) -> TrueTouch:
+    """Return a touch from how it begins and the frames in which it touches inside the area."""
+    place_mm = tip.x_mm, tip.y_mm
+    return TrueTouch(tip.touch, (tip.hand, tip.finger), ats[0], ats[-1], len(ats), place_mm, tip.z_mm > 0.0)
 
 
 def sightings(frames: Sequence[ScoredFrame], touches: Mapping[int, TrueTouch]) -> dict[int, list[Sighting]]:
@@ -112,16 +131,25 @@ def lives(frames: Sequence[ScoredFrame], seen: Mapping[int, Sequence[Sighting]])
     made_for: dict[int, int] = {}
     for _, number, cursor in earliest:
         made_for.setdefault(cursor, number)
-    return {cursor: Life(born, ended, made_for.get(cursor)) for cursor, (born, ended) in sorted(alive.items())}
+    return {
+        cursor: Life(born, ended, made_for.get(cursor), frames[born].cursors[cursor])
+        for cursor, (born, ended) in sorted(alive.items())
+    }
 
 
 def is_false(frames: Sequence[ScoredFrame], cursor: int, life: Life) -> bool:
-    """Return whether a cursor never stood for a touch, nor for a finger that touches beside the area."""
-    return life.made_for is None and not any(
-        match.cursor == cursor and match.place.tip.touching
-        for at in range(life.born, life.ended + 1)
-        for match in frames[at].matches
-    )
+    """Return whether a cursor never stood for a touch, nor for a finger that touches beside the area.
+
+    One that stands for a finger that holds a thing is not false if it goes when the hand does.
+    """
+    if life.made_for is not None:
+        return False
+    stood_for = {at: match_of(frames[at], cursor) for at in range(life.born, life.ended + 1)}
+    tips = {at: match.place.tip for at, match in stood_for.items() if match is not None}
+    held = max((at for at, tip in tips.items() if tip.either), default=None)
+    if held is not None and frames[life.ended].t_s - frames[held].t_s <= _LET_GO_S:
+        return False
+    return not any(tip.touching for tip in tips.values())
 
 
 def fired_mm(frames: Sequence[ScoredFrame], cursors: Mapping[int, Life]) -> Iterator[float]:

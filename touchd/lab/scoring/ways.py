@@ -1,6 +1,6 @@
 """Samples of single frames and fingers: where the cursors are, how they move, and how close two may come."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from itertools import groupby
 from math import hypot, sqrt
 
@@ -18,9 +18,7 @@ _PINCH_MM, _LOW_MM = 120.0, 20.0
 def touching_matches(frames: Sequence[ScoredFrame]) -> Iterator[Match]:
     """Yield what stands for a finger that touches inside the area, frame by frame."""
     for frame in frames:
-        for match in frame.matches:
-            if match.place.tip.touching and match.place.tip.inside:
-                yield match
+        yield from frame.contacts()
 
 
 def errors_mm(frames: Sequence[ScoredFrame]) -> Iterator[float]:
@@ -69,11 +67,12 @@ def _rests(frames: Sequence[ScoredFrame]) -> Iterator[list[tuple[float, Match]]]
             yield run
 
 
-def gaps_mm(frames: Sequence[ScoredFrame]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def gaps_mm(frames: Sequence[ScoredFrame], hidden: Set[int]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the distances of two touching fingers of one hand: where each has a cursor, and where not.
 
     Only frames in which exactly these two touch, less than 120 mm apart and at under 500 mm/s, and no other fingertip
-    is within 20 mm of the surface.
+    is within 20 mm of the surface. Touches whose fingertip is ``hidden`` (their numbers) do not tell how near two may
+    come: whether they are found at all is another figure's business.
     """
     resolved: list[float] = []
     unresolved: list[float] = []
@@ -82,6 +81,8 @@ def gaps_mm(frames: Sequence[ScoredFrame]) -> tuple[tuple[float, ...], tuple[flo
         if not _is_pinch(down):
             continue
         a, b = (place.tip for place in down)
+        if a.touch in hidden or b.touch in hidden:
+            continue
         stood_for = {match.place.tip.touch for match in frame.matches}
         into = resolved if {a.touch, b.touch} <= stood_for else unresolved
         into.append(hypot(a.x_mm - b.x_mm, a.y_mm - b.y_mm))
