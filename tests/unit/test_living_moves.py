@@ -80,6 +80,14 @@ def test_the_surface_is_told_anew_once_it_was_learned_again() -> None:
     assert vitals.drift_mm < 1.0
 
 
+def test_a_table_that_does_not_get_empty_is_used_as_it_is_after_two_seconds() -> None:
+    desk = Desk(750.0, "shell")
+    desk.play(2, finger())
+    desk.shift(gradient(3.0))
+    assert sum(cursor_counts(desk.play(55, finger())[3:])) == 0
+    assert cursor_counts(desk.play(20, finger()))[-1] == 1
+
+
 def test_a_camera_that_is_colder_than_when_the_surface_was_learned_is_no_moved_one() -> None:
     desk = Desk(750.0, "shell")
     desk.shift(uneven(2.0))
@@ -175,7 +183,7 @@ def test_a_replay_tells_of_a_knock_in_its_events(tmp_path: Path) -> None:
     table = Table(TableCamera(750.0, tilt_deg=6.0), seed=4)
     frames = []
     for index in range(70):
-        hands = [finger()] if 30 <= index < 50 else []
+        hands = [finger()] if 30 <= index < 44 else []
         frames.append(table.render(hands, index * 33_333_333, index, off_by(gradient(3.0) if index >= 40 else 0.0)))
     write_libfreenect(tmp_path / "recording", frames, ZeroPlane())
     config, told = tmp_path / "touchd.yaml", tmp_path / "events.jsonl"

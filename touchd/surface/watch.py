@@ -20,7 +20,9 @@ WHY_COVERED = "something is close before the camera and hides the surface: take 
 _MOVED, _SUSPICIOUS, _STRIKING, _STEADY = 0.35, 0.1, 0.25, 0.15
 _FREE = 0.5
 _IN_A_ROW = 2  # pictures that say so
-_AT_REST_NS = 200_000_000
+# Once found, an empty surface must be at rest for so long, one with something on or over it for longer.
+_AT_REST_NS, _AT_REST_BELOW_NS = 200_000_000, 2_000_000_000
+_STANDING, _EMPTY = 3.0, 0.005  # what stands there is nearer by so much, over no more than a share of it
 _LOST_NS = 5_000_000_000
 # Shares of the surface: less than the first in its place is worth a closer look, less than the second and it is not
 # here; so much that agrees is a surface; so much hidden, and so much of that unreadable.
@@ -128,7 +130,9 @@ class _Search:
         if not self._found or self._fields.size(field - self._found[-1], agreeing) > _STEADY:
             self._found, self._rest_ns = [], t_ns
         self._found.append(field)
-        if t_ns - self._rest_ns < _AT_REST_NS:
+        standing = sight.readable & (sight.off - self._fields.at_blocks(field) < -_STANDING)
+        empty = np.count_nonzero(standing) < _EMPTY * self._blocks
+        if t_ns - self._rest_ns < (_AT_REST_NS if empty else _AT_REST_BELOW_NS):
             return Outlook(WHY_MOVED)
         return Outlook(WHY_MOVED, jump=np.asarray(np.mean(self._found, axis=0), np.float64))
 
