@@ -40,6 +40,7 @@ def pipeline_settings(config: Config, calibration_frames: int, missing_area: Mis
     """Return the settings of all stages; ``calibration_frames`` may differ from the config's for short recordings."""
     return PipelineSettings(
         calibration=replace(config.calibration_settings(), frames=calibration_frames),
+        living=config.living_settings(),
         method=config.touch.method,
         shell=config.shell_settings(),
         blobs=config.blob_settings(),

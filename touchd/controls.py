@@ -73,7 +73,7 @@ class ServiceControls:
             ),
             surface=None
             if ready is None
-            else surface_facts(ready.report, ready.surface.made_from, service.surface_since_s),
+            else surface_facts(ready.report, ready.surface.made_from, service.surface_since_s, daemon.pipeline.vitals),
             area=None
             if ready is None
             else AreaFacts(

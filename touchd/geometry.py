@@ -125,6 +125,11 @@ def raw_of_depth(sensor: Sensor, z_mm: Doubles) -> Doubles:
     return np.interp(z_mm, sensor.to_mm[known], known.astype(np.float64), left=np.nan, right=np.nan)
 
 
+def mm_per_raw(sensor: Sensor) -> Floats:
+    """Return by how many mm depth grows per raw unit, for each raw value; NaN where there is no reading."""
+    return np.gradient(sensor.to_mm).astype(np.float32)
+
+
 def undistort(intrinsics: Intrinsics, pixels: Doubles) -> Doubles:
     """Return where pixels (..., 2) as seen would lie without the lens's distortion."""
     k = intrinsics

@@ -115,6 +115,18 @@ class Shell:
     far_mm: float  # median height of the upper one
 
 
+@dataclass(frozen=True, slots=True)
+class SurfaceRows:
+    """How a few rows of the empty surface read by now: what those who look at pictures of it go by from then on.
+
+    ``reference`` (rows, W) is told everywhere; where the surface gave no reading it is that of its surroundings. It
+    holds until the next picture: who needs it for longer copies it.
+    """
+
+    rows: slice
+    reference: Floats  # raw
+
+
 COARSE_PX = 4
 
 

@@ -6,24 +6,33 @@ The same frames, settings and versions give the same touches, to the byte.
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
-import cv2
-import numpy as np
-
 from touchd.contacts.aim import EyeOffsets, aimed
-from touchd.contacts.method import ContactMethod, Place
+from touchd.contacts.method import ContactMethod, FollowsSurface, Place, Sighting
 from touchd.contacts.methods import method_maker
 from touchd.contacts.settings import BlobSettings
 from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.stage import HandStage, stage_over
-from touchd.model import AreaCorners, Frame, Mask, Sensor, Shell, State, Surface, TouchFrame
+from touchd.model import (
+    AreaCorners,
+    CoarsePicture,
+    Frame,
+    Image16,
+    Sensor,
+    Shell,
+    State,
+    Surface,
+    SurfaceRows,
+    TouchFrame,
+)
 from touchd.surface.calibrate import Calibration
 from touchd.surface.coarse import CoarseHeights
+from touchd.surface.living import LivingSurface, Vitals, can_live
 from touchd.surface.patient import PatientCalibration, everywhere
 from touchd.surface.quality import SurfaceReport, report
-from touchd.surface.region import flat_area
-from touchd.surface.settings import CalibrationSettings, ShellSettings
+from touchd.surface.region import flat_area, inside_of, with_margin
+from touchd.surface.settings import CalibrationSettings, LivingSettings, ShellSettings
 from touchd.surface.shell import shell_over
 from touchd.tracking.hovers import HoverTracker
 from touchd.tracking.settings import TrackingSettings
@@ -31,8 +40,8 @@ from touchd.tracking.tracker import Tracker
 
 # Given and measured sizes of the area that differ by more than this mean wrong camera constants.
 _SIZE_TOLERANCE = 0.03
-# Blobs are looked for this far outside the area, so that a finger on its border is seen whole.
-_MARGIN_MM = 20.0
+_FRAMES_WHEN_LOST = 60  # to learn a surface from that cannot be found again: people wait for it
+_MOVED_NOTE = "the camera or the table was moved: if touches lie beside the fingers, run touchd align"
 
 
 class MissingArea(StrEnum):
@@ -47,6 +56,7 @@ class PipelineSettings:
     """The settings of all stages."""
 
     calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
+    living: LivingSettings = field(default_factory=LivingSettings)
     method: str = "fingertip"
     shell: ShellSettings = field(default_factory=ShellSettings)
     blobs: BlobSettings = field(default_factory=BlobSettings)
@@ -67,8 +77,8 @@ class Ready:
     shell: Shell
     area: AreaMap
     place: Place
-    method: ContactMethod
     coarse: CoarseHeights
+    method: ContactMethod
     lookout: Lookout
     report: SurfaceReport
     notes: tuple[str, ...]
@@ -76,8 +86,20 @@ class Ready:
     def serves(self, settings: PipelineSettings) -> bool:
         """Return whether it holds under other settings as well: those of its own stages alone matter."""
         own = self.settings
-        others = replace(settings, calibration=own.calibration, tracking=own.tracking, objects=own.objects, eye=own.eye)
-        return others == own
+        return own == replace(
+            settings,
+            calibration=own.calibration,
+            living=own.living,
+            tracking=own.tracking,
+            objects=own.objects,
+            eye=own.eye,
+        )
+
+    def follow(self, now: SurfaceRows) -> None:
+        """Take some rows of the surface to read differently from now on."""
+        self.coarse.follow(now)
+        if isinstance(self.method, FollowsSurface):
+            self.method.follow(now)
 
     def lines(self) -> list[str]:
         """Return what a user should know about the surface and the area."""
@@ -96,6 +118,7 @@ class Pipeline:
         self._made_from = made_from
         self._calibration: Calibration | PatientCalibration | None = None
         self._ready: Ready | None = None
+        self._living: LivingSurface | None = None
         self._why: str | None = None
         self._calibrations_ended = 0
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
@@ -134,6 +157,11 @@ class Pipeline:
         return self._calibration is not None and self._calibration.gave_up
 
     @property
+    def vitals(self) -> Vitals | None:
+        """How the surface has fared since it was learned; None where it is not followed."""
+        return None if self._living is None else self._living.vitals()
+
+    @property
     def next_session_id(self) -> int:
         """The id that the next touch would get."""
         return self._tracker.next_session_id
@@ -145,13 +173,13 @@ class Pipeline:
             return self._calibrate_on(self._calibration, frame)
         if self._ready is None or self._hands is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
-        ready, hands, size_mm = self._ready, self._hands, self._ready.area.size_mm
-        hands.see(ready.coarse.over(frame.raw), frame.t_ns)
-        raw = hands.cleared(frame.raw, ready.surface.reference)
-        found = ready.method.find(raw, self._tracker.expected_mm(frame.t_ns))
-        seen = replace(found, contacts=hands.admitted(found.contacts), hovers=hands.admitted(found.hovers))
-        if self._settings.eye is not None:
-            seen = aimed(seen, self._settings.eye, size_mm)
+        ready, hands, coarse = self._ready, self._hands, self._ready.coarse.over(frame.raw)
+        why = self._live(ready, frame, coarse)
+        if why is not None:
+            self._end_all()
+            return TouchFrame(frame.index, frame.t_ns, State.PAUSED, why=why)
+        raw = self._without_things(ready, hands, frame, coarse)
+        seen = self._seen(ready, hands, ready.method.find(raw, self._tracker.expected_mm(frame.t_ns)))
         touches = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
         airborne = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
         cursors, hovers = hands.owned(touches, airborne)
@@ -164,7 +192,7 @@ class Pipeline:
             hovers=hovers,
             hands=hands.hands,
             objects=hands.objects,
-            area_mm=size_mm,
+            area_mm=ready.area.size_mm,
         )
 
     def stall(self, t_ns: int) -> TouchFrame:
@@ -182,11 +210,7 @@ class Pipeline:
 
         After ``calibration.give_up_s`` the surface from before is in force again. Without one it goes on trying.
         """
-        self._end_all()
-        area = self._settings.area
-        shape = (self._sensor.size[1], self._sensor.size[0])
-        inside = everywhere(self._sensor) if area is None else _inside(area, shape)
-        self._calibration = PatientCalibration(self._sensor, self._settings.calibration, self._made_from, inside)
+        self._wait_for_surface(self._settings.calibration)
 
     def use(self, surface: Surface) -> None:
         """Take a surface of this sensor as it is. Live touches go on."""
@@ -198,15 +222,78 @@ class Pipeline:
         if ready is not None:
             self._hands = stage_over(ready.lookout, settings.objects, self._hands)
         self._ready = ready
+        self._living = self._enlivened(ready)
         area_mm = ready.area.size_mm if ready else (1.0, 1.0)
         self._tracker.adopt(settings.tracking, area_mm)
         self._hovers.adopt(settings.tracking, area_mm)
+
+    def _wait_for_surface(self, settings: CalibrationSettings) -> None:
+        self._end_all()
+        area = self._settings.area
+        shape = (self._sensor.size[1], self._sensor.size[0])
+        inside = everywhere(self._sensor) if area is None else inside_of(area, shape)
+        self._calibration = PatientCalibration(self._sensor, settings, self._made_from, inside)
 
     def _end_all(self) -> None:
         self._tracker.end_all()
         self._hovers.end_all()
         if self._hands is not None:
             self._hands.end_all()
+
+    def _enlivened(self, ready: Ready | None) -> LivingSurface | None:
+        """Return the living surface for what frames are looked up in: the one there is, if it is of the same one."""
+        if ready is None or not self._settings.living.follow or not can_live(ready.surface):
+            return None
+        living = self._living
+        if living is None or living.surface is not ready.surface:
+            living = LivingSurface(ready.surface, ready.surface_map)
+        ready.follow(living.whole())
+        return living
+
+    def _without_things(self, ready: Ready, hands: HandStage, frame: Frame, coarse: CoarsePicture) -> Image16:
+        """Return the picture (H, W) without the things in it, once hands and things are known.
+
+        What has lain there for long enough becomes part of the surface.
+        """
+        living = self._living
+        if living is None:
+            hands.see(coarse, frame.t_ns)
+            return hands.cleared(frame.raw, ready.surface.reference)
+        hands.see(coarse, frame.t_ns, living.part_of_surface)
+        due = hands.due(frame.t_ns)
+        if due is not None:
+            living.join(due)
+        return hands.cleared(frame.raw, living.reference)
+
+    def _seen(self, ready: Ready, hands: HandStage, found: Sighting) -> Sighting:
+        """Return what was found and is a hand's, where people mean it.
+
+        None of it begins a touch while the surface seems to have been moved.
+        """
+        doubtful = self._living is not None and self._living.doubtful
+        contacts = hands.admitted(found.contacts)
+        seen = replace(
+            found,
+            contacts=[replace(contact, firm=False) for contact in contacts] if doubtful else contacts,
+            hovers=hands.admitted(found.hovers),
+        )
+        return seen if self._settings.eye is None else aimed(seen, self._settings.eye, ready.area.size_mm)
+
+    def _live(self, ready: Ready, frame: Frame, coarse: CoarsePicture) -> str | None:
+        """Let the surface live by one frame, and return why no touch can be seen in it; None if they can."""
+        living = self._living
+        if living is None:
+            return None
+        was_learning = living.learning_again
+        for rows in living.step(frame, coarse):
+            ready.follow(rows)
+        if was_learning and not living.learning_again:
+            notes = ready.notes if _MOVED_NOTE in ready.notes or not living.moves else (*ready.notes, _MOVED_NOTE)
+            self._ready = replace(ready, surface=living.as_learned_again(), notes=notes)
+        elif living.lost:
+            frames = min(_FRAMES_WHEN_LOST, self._settings.calibration.frames)
+            self._wait_for_surface(replace(self._settings.calibration, frames=frames))
+        return living.why
 
     def _calibrate_on(self, calibration: Calibration | PatientCalibration, frame: Frame) -> TouchFrame:
         calibration.take(frame)
@@ -236,8 +323,8 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
     area = map_area(corners, surface.sensor.intrinsics, corners.size_mm or measured)
     if corners.size_mm is not None:
         notes += _size_notes(corners.size_mm, measured)
-    inside = _inside(corners, surface.valid.shape)
-    place = Place(surface, surface_map, shell, area, _grown(inside, area, surface_map), settings.blobs)
+    inside = inside_of(corners, surface.valid.shape)
+    place = Place(surface, surface_map, shell, area, with_margin(inside, area, surface_map), settings.blobs)
     return Ready(
         settings=settings,
         surface=surface,
@@ -245,8 +332,8 @@ def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = 
         shell=shell,
         area=area,
         place=place,
-        method=method_maker(settings.method)(place),
         coarse=CoarseHeights(surface, surface_map),
+        method=method_maker(settings.method)(place),
         lookout=Lookout(surface, surface_map, area),
         report=report(surface, surface_map, shell, inside),
         notes=notes,
@@ -277,16 +364,3 @@ def _size_notes(given: tuple[float, float], measured: tuple[float, float]) -> tu
         f"{measured[1]:.0f} mm, {off:.0%} off: measure the area again, else the camera constants (camera.fx, fy) are "
         "wrong",
     )
-
-
-def _inside(corners: AreaCorners, shape: tuple[int, ...]) -> Mask:
-    mask = np.zeros(shape, np.uint8)
-    cv2.fillConvexPoly(mask, np.rint(np.array(corners.corners_px)).astype(np.int32), (1,))
-    return mask > 0
-
-
-def _grown(inside: Mask, area: AreaMap, surface_map: SurfaceMap) -> Mask:
-    if not inside.any():
-        return inside
-    reach = int(_MARGIN_MM * area.intrinsics.fx / float(np.median(surface_map.depth[inside]))) + 1
-    return cv2.dilate(inside.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)) > 0

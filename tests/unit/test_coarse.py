@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from touchd.geometry import kinect_v1_sensor, map_surface, raw_of_depth
-from touchd.model import COARSE_PX, Surface
+from touchd.model import COARSE_PX, Surface, SurfaceRows
 from touchd.surface.coarse import CoarseHeights
 
 _Z_MM = 900.0
@@ -52,6 +52,8 @@ def test_where_surface_or_picture_has_no_reading_there_is_none() -> None:
 def test_a_surface_that_reads_differently_now_is_followed() -> None:
     surface = _flat_surface()
     coarse = CoarseHeights(surface, map_surface(surface))
-    coarse.follow(surface.reference - np.float32(5.0))
-    seen = coarse.over(np.rint(surface.reference - 5.0).astype(np.uint16))
-    assert np.abs(seen.heights_mm).max() < 2.0
+    moved = surface.reference - np.float32(5.0)
+    coarse.follow(SurfaceRows(slice(64, 128), moved[64:128]))
+    seen = coarse.over(np.rint(moved).astype(np.uint16))
+    assert np.abs(seen.heights_mm[16:32]).max() < 2.0
+    assert np.abs(seen.heights_mm[32:][seen.readings[32:]]).min() > 5.0

@@ -143,8 +143,8 @@ MISTAKES = [
     pytest.param(
         "wibble: 1\n",
         [
-            "1:1: wibble: unknown key; known here: version, source, camera, calibration, area, touch, tracking, "
-            "objects, outputs"
+            "1:1: wibble: unknown key; known here: version, source, camera, calibration, surface, area, "
+            "touch, tracking, objects, outputs"
         ],
         id="an unknown key that resembles none",
     ),

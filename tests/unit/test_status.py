@@ -17,6 +17,7 @@ from touchd.status.data import (
 )
 from touchd.status.recent import RecentRise
 from touchd.status.text import check, duration, sentence, status_lines
+from touchd.surface.living import Vitals
 from touchd.surface.quality import SurfaceReport
 
 from statuses import FAILING, HEALTHY, NOW_S, REFUSED, SOURCE, SURFACE, TUIO
@@ -241,11 +242,29 @@ def test_the_status_of_a_daemon_that_did_not_tell_its_packet_loss_yet_is_underst
 def test_figures_that_the_surface_report_could_not_measure_are_none() -> None:
     nan = math.nan
     report = SurfaceReport(0.0, nan, nan, nan, nan, nan, nan, 0.0, ("no pixel of the area can see a touch",))
-    facts = surface_facts(report, "a camera", None)
+    facts = surface_facts(report, "a camera", None, Vitals(nan, 0))
     assert (facts.coverage, facts.noise_mm, facts.distance_mm, facts.moved) == (0.0, None, None, 0.0)
     lines = status_lines(replace(HEALTHY, surface=facts))
     assert "          ? mm away, tilted ?°, flat to ? mm, noise ? mm" in lines
     assert "surface   learned from a camera" in lines
+
+
+def test_people_see_how_a_surface_has_fared_since_it_was_learned() -> None:
+    lived = replace(SURFACE, drift_mm=2.34, moves=2)
+    assert "          drifted by 2.3 mm since then, which is followed; moved twice and learned again" in status_lines(
+        replace(HEALTHY, surface=lived)
+    )
+    assert "          drifted by 0.0 mm since then, which is followed" in status_lines(
+        replace(HEALTHY, surface=replace(SURFACE, drift_mm=0.01))
+    )
+    assert not [line for line in status_lines(HEALTHY) if "drift" in line]
+
+
+def test_people_see_that_touch_is_paused_and_why() -> None:
+    why = "the camera or the table was moved"
+    paused = replace(HEALTHY, state=State.PAUSED, state_since_s=NOW_S - 3, why=why)
+    assert status_lines(paused)[0] == f"state     ! paused for 3 s: {why}"
+    assert check(paused) == (1, f"warning: paused: {why}")
 
 
 def test_a_source_s_facts_are_its_metrics() -> None:

@@ -9,12 +9,12 @@ from touchd.config.checks import check_version
 from touchd.config.input_sections import Area, Camera, Source
 from touchd.config.output_sections import Output, Tuio, check_profiles_are_apart
 from touchd.config.section import Emptiable, Expects, Section, field
-from touchd.config.touch_sections import Calibration, Objects, Touch, Tracking
+from touchd.config.touch_sections import Calibration, Objects, Surface, Touch, Tracking
 from touchd.contacts.aim import EyeOffsets
 from touchd.contacts.settings import BlobSettings
 from touchd.hands.settings import ObjectSettings
 from touchd.model import AreaCorners, Intrinsics
-from touchd.surface.settings import CalibrationSettings, ShellSettings
+from touchd.surface.settings import CalibrationSettings, LivingSettings, ShellSettings
 from touchd.tracking.settings import TrackingSettings
 
 
@@ -27,6 +27,7 @@ class Config(Section):
         Camera(), "The depth camera's constants; what is left out comes from the sensor", "source"
     )
     calibration: Annotated[Calibration, Emptiable] = field(Calibration(), "How the empty surface is learned")
+    surface: Annotated[Surface, Emptiable] = field(Surface(), "How the surface lives after it was learned")
     area: Area | None = field(
         None,
         "The active area. Left out: found by 'touchd align', else guessed; in a replay the whole picture",
@@ -63,6 +64,10 @@ class Config(Section):
         """Return how the surface stage is to learn the empty surface."""
         given = self.calibration
         return CalibrationSettings(frames=given.frames, min_share=given.min_share, give_up_s=given.give_up_s)
+
+    def living_settings(self) -> LivingSettings:
+        """Return how the surface stage is to go with a surface that changes."""
+        return LivingSettings(follow=self.surface.follow)
 
     def shell_settings(self) -> ShellSettings:
         """Return the layer in which the surface stage looks for contacts; None stands for "auto"."""

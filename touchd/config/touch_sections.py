@@ -9,10 +9,11 @@ from touchd.config.section import Emptiable, Section, field
 from touchd.contacts.names import method_names
 from touchd.contacts.settings import BlobSettings
 from touchd.hands.settings import ObjectSettings
-from touchd.surface.settings import CalibrationSettings
+from touchd.surface.settings import CalibrationSettings, LivingSettings
 from touchd.tracking.settings import TrackingSettings
 
 _CALIBRATION = CalibrationSettings()
+_LIVING = LivingSettings()
 _BLOBS = BlobSettings()
 _TRACKING = TrackingSettings()
 _OBJECTS = ObjectSettings()
@@ -43,6 +44,16 @@ class Calibration(Section):
     )
     min_share: Annotated[float, Field(ge=0, le=0.5)] = field(
         _CALIBRATION.min_share, "Rarer readings of a pixel are taken for noise", unit="share of its readings"
+    )
+
+
+class Surface(Section):
+    """How the surface lives after it was learned."""
+
+    follow: bool = field(
+        _LIVING.follow,
+        "Follow drift, and learn the surface again by itself once the camera or the table was moved; false: it stays"
+        " as it was learned",
     )
 
 

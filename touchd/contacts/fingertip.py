@@ -22,7 +22,7 @@ from touchd.contacts.steady import Seen, Steady
 from touchd.contacts.things import Things
 from touchd.contacts.tips import Tip
 from touchd.contacts.traits import traits
-from touchd.model import Contact, Floats, Image16
+from touchd.model import Contact, Floats, Image16, SurfaceRows
 
 # Outlines are drawn at two heights, each grown by so many raw steps.
 _LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
@@ -85,6 +85,11 @@ class FingertipMethod:
         for one, belief in zip(seen, beliefs, strict=True):
             self._tell(one, belief, sighting)
         return sighting
+
+    def follow(self, now: SurfaceRows) -> None:
+        """Take some rows of the surface to read differently from now on."""
+        self._heights.follow(now)
+        self._things.follow(now.rows)
 
     def look(self, raw: Image16, expected: Sequence[Expected]) -> Found | None:
         """Return all fingertips near the surface, touching or not; None where nothing stands above it."""

@@ -9,8 +9,8 @@ import numpy as np
 from cv2.typing import MatLike
 from numpy.typing import NDArray
 
-from touchd.geometry import Doubles, SurfaceMap, raw_of_depth
-from touchd.model import Floats, Image16, Mask, Surface
+from touchd.geometry import Doubles, SurfaceMap, mm_per_raw, raw_of_depth
+from touchd.model import Floats, Image16, Mask, Surface, SurfaceRows
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -22,6 +22,7 @@ _COARSEST_MM = 16.0  # a raw step as high as this tells no finger from the surfa
 _HOLE_PX = 7  # smaller blind spots are surface like what surrounds them
 _LOW_MM = -20.0  # heights are cut to these; lower is no reading, higher is all hand
 HIGHEST_MM = 120.0
+_ELSEWHERE_RAW = 4.0  # so far from where it was learned a surface's raw steps have another size
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +72,7 @@ class Lay(NamedTuple):
 
 
 _SLID, _PIXEL, _STEP = slice(6, 8), 8, 9  # where in it
+_BY_DEPTH = np.array([-1.0] * 6 + [0.0, 0.0, 1.0, 0.0], np.float32)  # the power of the depth that each goes with
 
 
 def as_floats(picture: MatLike) -> Floats:
@@ -103,6 +105,9 @@ class Heights:
         self._gain = np.where(known, gain * facing, 0.0).astype(np.float32)
         reference = np.where(surface.valid, surface.reference, here_raw)
         self._reference = np.where(known, reference, 0.0).astype(np.float32)
+        self._learned, self._learned_gain = self._reference.copy(), self._gain.copy()
+        self._mm_per_raw = np.nan_to_num(mm_per_raw(sensor), nan=1.0)
+        self._to_mm = np.nan_to_num(sensor.to_mm, nan=1.0)
         self._facing = facing
         self._readable = _limits(sensor.to_mm)
         self._invalid_is_far = sensor.invalid > self._readable[1]  # and so reads as low by itself
@@ -112,27 +117,69 @@ class Heights:
         # Noise blurs as rounding to steps does.
         noise = float(np.median(surface.noise[known])) if known.any() else 0.0
         self._lay = _lay_of(surface_map, step * facing.astype(np.float32) * np.float32(hypot(1.0, noise)))
+        self._learned_lay = self._lay.copy()
         cosine = facing / np.linalg.norm(surface_map.rays, axis=2)
         sure = known & surface.valid & (cosine > _LEAST_COSINE) & (step < _COARSEST_MM)
         self.sure = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_HOLE_PX, _HOLE_PX))) > 0
 
-    def between(self, low_mm: float, high_mm: float) -> tuple[Image16, Image16]:
-        """Return the least and the greatest reading (H, W) of what stands so high over each pixel.
+    def follow(self, now: SurfaceRows) -> None:
+        """Take some rows of the surface to read differently from now on."""
+        rows = now.rows
+        np.copyto(self._reference[rows], now.reference, where=self.usable[rows])
+        if self._is_elsewhere(rows):
+            self._gain[rows] = self._learned_gain[rows] * self._growth(rows)
+            self._lay_anew(rows)
+        else:
+            self._gain[rows] = self._learned_gain[rows]
 
-        Where nothing can be told the least is above the greatest.
+    def _is_elsewhere(self, rows: slice) -> bool:
+        return cv2.norm(self._reference[rows], self._learned[rows], cv2.NORM_INF) > _ELSEWHERE_RAW
+
+    def _lay_anew(self, rows: slice) -> None:
+        """Put the cells of the surface, whose slope is as it was, as far from the camera as they are by now."""
+        cells = slice(rows.start // _CELL_PX, rows.stop // _CELL_PX)
+        at = np.s_[rows.start + _CELL_PX // 2 : rows.stop : _CELL_PX, _CELL_PX // 2 :: _CELL_PX]
+        now, then = (reference[at].astype(np.int32) for reference in (self._reference, self._learned))
+        farther = self._to_mm.take(now, mode="clip") / self._to_mm.take(then, mode="clip")
+        lay = self._learned_lay[cells, : now.shape[1]][: len(now)]
+        found = lay * farther[..., None] ** _BY_DEPTH
+        steps = self._mm_per_raw.take(now, mode="clip") / self._mm_per_raw.take(then, mode="clip")
+        found[..., _STEP] *= steps
+        self._lay[cells, : now.shape[1]][: len(now)] = found
+
+    def _growth(self, rows: slice) -> Floats:
+        """Return by what factor a raw step is worth more mm (n, W) than where the surface was learned."""
+        now, then = (
+            self._mm_per_raw.take(reference[rows].astype(np.int32), mode="clip")
+            for reference in (self._reference, self._learned)
+        )
+        return now / then
+
+    def raw_below(self, height_mm: float) -> Floats:
+        """Return by how much (H, W, raw) the surface reads farther than what stands so high over it.
+
+        As it was learned; NaN where nothing can be told, and where what stands so high is nearer than the sensor reads.
+        """
+        sensor = self._surface.sensor
+        raised = raw_of_depth(sensor, self._z_mm - height_mm / self._facing)
+        return np.where(self.usable, raw_of_depth(sensor, self._z_mm) - raised, np.nan).astype(np.float32)
+
+    def between(self, low: Floats, high: Floats, rows: slice) -> tuple[Image16, Image16]:
+        """Return the least and the greatest reading of what stands between two heights over some rows (n, W).
+
+        ``low``, ``high``: :meth:`raw_below` of both in these rows. Where nothing can be told the least is above the
+        greatest.
         """
         least, most = self._readable
-        nearest, farthest = (np.where(self.usable, self._reading_at(mm), np.nan) for mm in (high_mm, low_mm))
+        reference = self._reference[rows]
+        if self._is_elsewhere(rows):
+            growth = self._growth(rows)
+            low, high = low / growth, high / growth
+        farthest = reference - low
         known = farthest > least
         # What would be nearer than the sensor reads is not there.
-        first = np.where(known, np.fmax(np.floor(nearest) + 1.0, least), most)
+        first = np.where(known, np.fmax(np.floor(reference - high) + 1.0, least), most)
         return first.astype(np.uint16), np.where(known, np.floor(farthest), 0.0).astype(np.uint16)
-
-    def _reading_at(self, height_mm: float) -> Doubles:
-        sensor = self._surface.sensor
-        # The surface may read a little off its smoothed depth.
-        off = self._reference - raw_of_depth(sensor, self._z_mm)
-        return raw_of_depth(sensor, self._z_mm - height_mm / self._facing) + off
 
     def over(self, raw: Image16, box: Box) -> tuple[Floats, Bytes]:
         """Return the heights in mm within a box, float32, and as uint8 (255 or 0) which of them are readings."""

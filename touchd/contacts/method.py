@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Protocol, TypeAlias
+from typing import Protocol, TypeAlias, runtime_checkable
 
 from touchd.contacts.settings import BlobSettings
 from touchd.geometry import AreaMap, SurfaceMap
-from touchd.model import Contact, Image16, Mask, Shell, Surface
+from touchd.model import Contact, Image16, Mask, Shell, Surface, SurfaceRows
 
 # Where a live touch should be by now: x and y in mm of the area.
 Expected: TypeAlias = tuple[float, float]
@@ -33,6 +33,19 @@ class ContactMethod(Protocol):
         """Return what one picture (H, W) uint16 shows, in any order.
 
         ``expected`` are the live touches: where to look again, and nothing to be echoed.
+        """
+        ...
+
+
+@runtime_checkable
+class FollowsSurface(Protocol):
+    """What a method has that goes with a living surface; one that has not keeps to the surface that it was made for."""
+
+    def follow(self, now: SurfaceRows) -> None:
+        """Take some rows of the empty surface to read differently in the pictures from now on.
+
+        Called before each picture, for a few rows: the surface drifted there, was moved, or a thing has become part of
+        it. Must be quick.
         """
         ...
 

@@ -8,7 +8,12 @@ import numpy as np
 from cv2.typing import MatLike, Moments
 
 from touchd.contacts.settings import BlobSettings
-from touchd.model import Image16, Mask, Shell, Surface
+from touchd.geometry import mm_per_raw
+from touchd.model import Floats, Image16, Mask, Shell, Surface, SurfaceRows
+
+# Readings are whole numbers: where the surface is nearer by a fraction of a step, the least of a pixel's readings is a
+# whole step nearer once its mean has come so far below the next whole number.
+_BELOW_RAW = 0.12
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,10 +41,33 @@ class ShellFinder:
         # cv2.inRange includes its bounds; an empty range where nothing may be found.
         self._low = np.where(usable, shell.dmin + np.uint16(1), np.uint16(65535))[self._window].copy()
         self._high = np.where(usable, shell.dmax - np.uint16(1), np.uint16(0))[self._window].copy()
-        self._reference = np.ascontiguousarray(surface.reference[self._window])
+        self._usable = np.ascontiguousarray(usable[self._window])
+        self._reference = surface.reference[self._window].copy()
+        # How far the shell's bounds lie from where the surface reads: the far one in mm, the near one in whole steps.
+        self._steps = np.floor(self._reference + _BELOW_RAW) - shell.dmax[self._window]
+        self._mm_per_raw = np.nan_to_num(mm_per_raw(surface.sensor))
+        self._far_mm = (self._reference - shell.dmin[self._window]) * self._mm_of(self._reference)
         self._settings = settings
         # Written anew for each picture; fresh ones would cost page faults at 30 Hz.
         self._in_shell, self._share, self._binary = (np.empty(self._low.shape, np.uint8) for _ in range(3))
+
+    def follow(self, now: SurfaceRows) -> None:
+        """Take some rows of the surface to read differently from now on; the shell goes with them."""
+        top, bottom = self._window[0].start, self._window[0].stop
+        first, last = max(now.rows.start, top), min(now.rows.stop, bottom)
+        if first >= last:
+            return
+        rows = slice(first - top, last - top)
+        reference = now.reference[first - now.rows.start : last - now.rows.start, self._window[1]]
+        self._reference[rows] = reference
+        dmin = np.rint(reference - self._far_mm[rows] / np.maximum(self._mm_of(reference), 1e-3))
+        dmax = np.floor(reference + _BELOW_RAW) - self._steps[rows]
+        usable = self._usable[rows] & (dmin >= 0.0)
+        self._low[rows] = np.where(usable, dmin + 1.0, 65535.0)
+        self._high[rows] = np.where(usable, dmax - 1.0, 0.0)
+
+    def _mm_of(self, reference: Floats) -> Floats:
+        return self._mm_per_raw.take(reference.astype(np.int32), mode="clip")
 
     def find(self, raw: Image16) -> list[Blob]:
         """Return the blobs of one picture (H, W) uint16, in no particular order."""

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from touchd.contacts.locate import Locator
 from touchd.contacts.method import Expected, Place, Sighting
 from touchd.contacts.shell import ShellFinder
-from touchd.model import Image16
+from touchd.model import Image16, SurfaceRows
 
 
 class ShellMethod:
@@ -18,3 +18,7 @@ class ShellMethod:
     def find(self, raw: Image16, expected: Sequence[Expected]) -> Sighting:  # noqa: ARG002
         """Return the contacts in one picture (H, W) uint16."""
         return Sighting(self._locator.contacts(self._finder.find(raw)))
+
+    def follow(self, now: SurfaceRows) -> None:
+        """Take some rows of the surface to read differently from now on."""
+        self._finder.follow(now)

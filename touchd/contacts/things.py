@@ -26,11 +26,27 @@ class Things:
         self._border_mm = _BORDER_MM + step_mm
         self._rows = slice(self.box.top, self.box.bottom, _EVERY_ROWS)
         self._columns = slice(self.box.left, self.box.right)
-        self._low, self._high = (
-            np.ascontiguousarray(bound[self._rows, self._columns])
-            for bound in heights.between(_THING_MM + _THING_STEPS * step_mm, _TOO_HIGH_MM + _TOO_HIGH_STEPS * step_mm)
-        )
+        lowest_mm, highest_mm = _THING_MM + _THING_STEPS * step_mm, _TOO_HIGH_MM + _TOO_HIGH_STEPS * step_mm
+        self._heights = heights
+        self._lowest, self._highest = (heights.raw_below(mm)[self._rows] for mm in (lowest_mm, highest_mm))
+        bounds = heights.between(self._lowest, self._highest, self._rows)
+        self._low, self._high = (np.ascontiguousarray(bound[:, self._columns]) for bound in bounds)
         self._above, self._solid = (np.empty(self._low.shape, np.uint8) for _ in range(2))
+
+    def follow(self, rows: slice) -> None:
+        """Look above the surface as ``heights`` have it by now in some rows of the picture."""
+        first = max(0, -(-(rows.start - self.box.top) // _EVERY_ROWS))
+        last = min(len(self._low), -(-(rows.stop - self.box.top) // _EVERY_ROWS))
+        if first >= last:
+            return
+        looked_at = slice(first, last)
+        stop = min(self.box.top + last * _EVERY_ROWS, self.box.bottom)
+        bounds = self._heights.between(
+            self._lowest[looked_at],
+            self._highest[looked_at],
+            slice(self.box.top + first * _EVERY_ROWS, stop, _EVERY_ROWS),
+        )
+        self._low[looked_at], self._high[looked_at] = (bound[:, self._columns] for bound in bounds)
 
     def busy(self, raw: Image16) -> Box | None:
         """Return a box around all that may hold a fingertip in a picture: what stands above the surface, not too high.

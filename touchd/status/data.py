@@ -17,6 +17,7 @@ from touchd.outputs.output import OutputStatus
 from touchd.outputs.udp import DestinationStatus
 
 if TYPE_CHECKING:
+    from touchd.surface.living import Vitals
     from touchd.surface.quality import SurfaceReport
 
 
@@ -62,6 +63,8 @@ class SurfaceFacts:
     distance_mm: float | None
     moved: float | None
     problems: tuple[str, ...]
+    drift_mm: float | None = None  # since it was learned, as far as that is followed; None where it is not
+    moves: int = 0  # how often camera or table were moved since the start
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,8 +179,13 @@ def source_facts(
     )
 
 
-def surface_facts(report: "SurfaceReport", made_from: str, made_s: float | None) -> SurfaceFacts:
-    """Return the facts of a surface from its report; what that could not measure is None."""
+def surface_facts(
+    report: "SurfaceReport", made_from: str, made_s: float | None, vitals: "Vitals | None"
+) -> SurfaceFacts:
+    """Return the facts of a surface from its report; what that could not measure is None.
+
+    ``vitals``: how it has fared since it was learned, None where it is not followed.
+    """
     return SurfaceFacts(
         made_s=made_s,
         made_from=made_from,
@@ -190,6 +198,8 @@ def surface_facts(report: "SurfaceReport", made_from: str, made_s: float | None)
         distance_mm=_known(report.distance_mm),
         moved=_known(report.moved),
         problems=report.problems,
+        drift_mm=None if vitals is None else _known(vitals.drift_mm),
+        moves=0 if vitals is None else vitals.moves,
     )
 
 

@@ -94,6 +94,10 @@ def _surface(surface: SurfaceFacts) -> list[Metric]:
         _gauge("touchd_surface_flatness_meters", "Distance from the best plane, rms.", _milli(surface.flatness_mm)),
         _gauge("touchd_surface_distance_meters", "Distance from the camera.", _milli(surface.distance_mm)),
         _gauge("touchd_surface_tilt_degrees", "Between the camera's axis and the surface's normal.", surface.tilt_deg),
+        _gauge(
+            "touchd_surface_drift_meters", "How far it reads from where it was learned, rms.", _milli(surface.drift_mm)
+        ),
+        _counter("touchd_surface_moves_total", "How often camera or table were moved since the start.", surface.moves),
         _gauge("touchd_surface_problems", "How many things the surface's report complains of.", len(surface.problems)),
     ]
 

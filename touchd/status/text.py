@@ -136,7 +136,7 @@ def _state_lines(status: Status) -> list[str]:
     lasted = duration(status.time_s - status.state_since_s)
     if status.state is None:
         return [f"! no frame yet, {lasted} after the start{_because(status.source.waiting)}"]
-    bad = "! " if status.state in (State.NO_FRAMES, State.NO_SURFACE) else ""
+    bad = "! " if status.state in (State.NO_FRAMES, State.NO_SURFACE, State.PAUSED) else ""
     return [f"{bad}{str(status.state).replace('-', ' ')} for {lasted}{_because(status.why)}"]
 
 
@@ -178,8 +178,17 @@ def _surface_lines(surface: SurfaceFacts | None, now_s: float) -> list[str]:
         f"{_figure(surface.flatness_mm, '.1f')} mm, noise {_figure(surface.noise_mm, '.2f')} mm",
         f"{_figure(surface.coverage, '.1%')} of the area usable; touches are looked for "
         f"{_figure(surface.near_mm, '.1f')} to {_figure(surface.far_mm, '.1f')} mm above it",
+        *_change_lines(surface),
         *(f"! {_one_line(problem)}" for problem in surface.problems),
     ]
+
+
+def _change_lines(surface: SurfaceFacts) -> list[str]:
+    """Return what became of a surface since it was learned; nothing where it stays as it was learned."""
+    if surface.drift_mm is None:
+        return []
+    moves = f"; moved {_times(surface.moves)} and learned again" if surface.moves else ""
+    return [f"drifted by {surface.drift_mm:.1f} mm since then, which is followed{moves}"]
 
 
 def _area_lines(area: AreaFacts | None) -> list[str]:
@@ -243,4 +252,4 @@ def _grouped(count: int) -> str:
 
 
 def _times(count: int) -> str:
-    return "once" if count == 1 else f"{count} times"
+    return {1: "once", 2: "twice"}.get(count, f"{count} times")

@@ -1,15 +1,32 @@
-"""Guessing the active area: the largest flat rectangle around the picture's centre."""
+"""Where the active area is in the picture; guessing it: the largest flat rectangle around the picture's centre."""
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from touchd.geometry import SurfaceMap
+from touchd.geometry import AreaMap, SurfaceMap
 from touchd.model import AreaCorners, Mask, Surface
 
 # Nearer to the plane than this the surface counts as flat; a share of the distance, since noise grows with it.
 _FLAT_SHARE = 0.012
 _GRID_PX = 8
+# Blobs are looked for this far outside the area, so that a finger on its border is seen whole.
+_MARGIN_MM = 20.0
+
+
+def inside_of(corners: AreaCorners, shape: tuple[int, ...]) -> Mask:
+    """Return the pixels (H, W) of an area in a picture of this shape."""
+    mask = np.zeros(shape, np.uint8)
+    cv2.fillConvexPoly(mask, np.rint(np.array(corners.corners_px)).astype(np.int32), (1,))
+    return mask > 0
+
+
+def with_margin(inside: Mask, area: AreaMap, surface_map: SurfaceMap) -> Mask:
+    """Return the pixels (H, W) of an area with those around it that a finger on its border may cover."""
+    if not inside.any():
+        return inside
+    reach = int(_MARGIN_MM * area.intrinsics.fx / float(np.median(surface_map.depth[inside]))) + 1
+    return cv2.dilate(inside.astype(np.uint8), np.ones((2 * reach + 1, 2 * reach + 1), np.uint8)) > 0
 
 
 def flat_area(surface: Surface, surface_map: SurfaceMap) -> AreaCorners | None:

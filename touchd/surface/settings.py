@@ -28,3 +28,10 @@ class ShellSettings:
     near_mm: float | None = None
     far_mm: float | None = None
     delta_raw: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class LivingSettings:
+    """Whether the surface lives: ``follow`` its drift, notice that it was moved, and take in what lies on it."""
+
+    follow: bool = True

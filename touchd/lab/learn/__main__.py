@@ -27,7 +27,7 @@ from touchd.lab.scenes import LAB_SCENES, lab_scene
 
 # Scenes in which places tell of a wrong lens, in which nothing is judged, and in which a minute looks like a second.
 _LEFT_OUT = ("targets-unknown-lens", "stacks", "still", "sway")
-_ROUNDS = 12
+_ROUNDS = 20
 
 
 def main(arguments: Sequence[str]) -> None:
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str]) -> None:
     parser = argparse.ArgumentParser(prog="python -m touchd.lab.learn")
     parser.add_argument("--seeds", default="401-406")
     parser.add_argument("--heights", default="600,750,1000,1250,1500,1900")
-    parser.add_argument("--worlds", default="1-60", help="seeds of plain hands under all kinds of cameras")
+    parser.add_argument("--worlds", default="1-150", help="seeds of plain hands under all kinds of cameras")
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", type=Path, required=True, metavar="FOLDER")
     options = parser.parse_args(arguments)

@@ -9,13 +9,13 @@ from touchd.contacts.judge import CLEARANCE_MM, LEAK, PLACE_MM, Layer
 from touchd.lab.learn.samples import Samples
 from touchd.model import Floats
 
-_HIDDEN = (48, 24)
+_HIDDEN = (160, 64)
 _BATCH = 256
-_RATE, _DECAY = 2e-3, 1e-2
+_RATE, _DECAY = 2e-3, 4e-2
 _BETAS = (0.9, 0.999)
 # What is done to the traits in each sight of a sample, so that no single one is relied on: the share that is left out,
 # and the standard deviation of what is added to all.
-_MISSING, _NOISE = 0.05, np.float32(0.1)
+_MISSING, _NOISE = 0.05, np.float32(0.12)
 # Lower than this, grown by raw steps, a finger as good as touches, for nobody means to hover there. About as high as
 # that either answer is right.
 _LOW_MM, _LOW_STEPS = 2.6, 0.8

@@ -1,0 +1,121 @@
+"""Things that have become part of the surface: taken in as they are seen, and given back once they are taken away."""
+
+from typing import TypeVar
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from touchd.model import COARSE_PX, Floats, Image16, Mask, Sensor
+from touchd.surface.joining import Change, Joining, window_around
+
+# A thing is gone where it reads lower than half of its height for so long; what is flatter cannot be told.
+_FLAT_RAW, _GONE_SHARE, _GONE_S, _PARTLY_GONE_S = 0.8, 0.6, 0.12, 0.3
+_SEEN_SHARE = 0.3  # of it must be in sight to tell
+_LEFT_OVER_SHARE = 0.3  # less than this of a thing is no thing
+_CHUNK, _AROUND = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8)
+_CELL = np.ones((COARSE_PX, COARSE_PX), np.uint8)
+
+S = TypeVar("S", bound=np.generic)
+
+
+class Layers:
+    """All things that are, or are about to become, part of one surface."""
+
+    def __init__(self, sensor: Sensor, unit_raw: float) -> None:
+        """``unit_raw``: what noise may make of a reading."""
+        self._readable = np.isfinite(sensor.to_mm)
+        self._unit_raw = unit_raw
+        self._shape = (sensor.size[1], sensor.size[0])
+        self._joining: list[Joining] = []
+        self._lying: list[_Lying] = []
+
+    @property
+    def mask(self) -> Mask:
+        """Where (H, W) a thing is part of the surface."""
+        found = np.zeros(self._shape, np.bool_)
+        for thing in self._lying:
+            found[thing.rise.window] |= thing.own & (thing.rise.by != 0.0)
+        return found
+
+    @property
+    def by(self) -> Floats:
+        """By how much (H, W, raw) the surface reads farther for what lies on it; nearer is less than 0."""
+        total = np.zeros(self._shape, np.float32)
+        for thing in self._lying:
+            total[thing.rise.window] += thing.rise.by
+        return total
+
+    def join(self, mask: Mask) -> None:
+        """Take in what is seen within a mask (H, W) in the next pictures in which it keeps still."""
+        window = window_around(mask)
+        if window is not None and mask[window].any():
+            self._joining.append(Joining(window, mask[window], self._readable, self._unit_raw))
+
+    def step(self, raw: Image16, reference: Floats, seconds: float) -> list[Change]:
+        """Return how a picture changes the surface, whose ``reference`` (H, W) includes all things in it.
+
+        ``seconds`` have passed since the last one.
+        """
+        changes = [thing.taken_away(raw, reference, seconds) for thing in self._lying]
+        if any(changes):
+            self._lying = [thing for thing in self._lying if thing.rise.by.any()]
+        # What lies at the same place is learned one after the other.
+        learned = next((thing for thing in self._joining if thing.is_learned(raw)), None) if self._joining else None
+        if learned is not None:
+            self._joining.remove(learned)
+            rise = learned.rise(reference)
+            changes.append(rise)
+            # Whether a flat one is taken away could not be told: it becomes the surface for good.
+            if np.median(rise.by[learned.own]) < -_FLAT_RAW * self._unit_raw:
+                self._lying.append(_Lying(rise, learned.own, self._readable, _FLAT_RAW * self._unit_raw))
+        return [change for change in changes if change is not None]
+
+
+class _Lying:
+    """A thing that is part of the surface."""
+
+    def __init__(self, rise: Change, own: Mask, readable: Mask, flat_raw: float) -> None:
+        """``rise``: what it changed of the surface. ``own``: its mask within that window, without what surrounds it."""
+        self.rise = rise
+        self.own = own
+        self._readable = readable
+        self._flat_raw = flat_raw
+        self._at_first = np.count_nonzero(rise.by)
+        self._gone_s = np.zeros(_sampled(own).shape, np.float32)
+
+    def taken_away(self, raw: Image16, reference: Floats, seconds: float) -> Change | None:
+        """Return the surface's change if pictures up to this one show that it was taken away, or a part of it."""
+        window = self.rise.window
+        seen, by = _sampled(raw[window]), _sampled(self.rise.by)
+        tall = np.less(by, -self._flat_raw)
+        told: Mask = self._readable.take(seen, mode="clip") & tall
+        lower = told & np.greater(seen, _sampled(reference[window]) - 0.5 * by)
+        self._gone_s += np.float32(seconds)
+        self._gone_s *= lower
+        if not lower.any():
+            return None
+        in_sight = np.count_nonzero(told)
+        gone = np.count_nonzero(self._gone_s > _GONE_S)
+        if in_sight > _SEEN_SHARE * np.count_nonzero(tall) and gone > _GONE_SHARE * in_sight:
+            return self._without(np.ones(self.own.shape, np.bool_))
+        chunk = cv2.erode(np.greater(self._gone_s, _PARTLY_GONE_S).view(np.uint8), _CHUNK)
+        if not chunk.any():
+            return None
+        cells = np.greater(cv2.dilate(chunk, _AROUND), 0) & (lower | ~told)
+        return self._without(np.kron(cells, _CELL) > 0)
+
+    def _without(self, where: Mask) -> Change:
+        before = self.rise
+        left = np.where(where, np.float32(0.0), before.by)
+        if np.count_nonzero(left) < _LEFT_OVER_SHARE * self._at_first:
+            left = np.zeros_like(left)
+        self.rise = Change(before.window, left)
+        self._gone_s[:] = 0.0
+        return Change(before.window, left - before.by)
+
+
+def _sampled(pixels: NDArray[S]) -> NDArray[S]:
+    """Return the pixels of a window at which coarse pictures are sampled."""
+    half = COARSE_PX // 2
+    return pixels[half::COARSE_PX, half::COARSE_PX]
