@@ -8,7 +8,7 @@ TESTS  := $(VENV)/.tests
 NODE   := tests/clients/node/node_modules
 PIP    := $(BIN)/pip install --quiet --disable-pip-version-check
 
-.PHONY: demo test check pytest test-vm bench soak accuracy accuracy-docs long golden golden-update config install uninstall clean
+.PHONY: demo test check pytest test-vm bench soak accuracy accuracy-docs long judge golden golden-update config install uninstall clean
 
 # More options: make demo DEMO="--scenario pinch --to 192.168.0.7:3333"
 demo: $(STAMP)
@@ -46,6 +46,10 @@ accuracy-docs: $(STAMP)
 # The scenes of ten minutes, with one seed: a quarter of an hour. One of them: make long LONG="--scenes held --heights 750"
 long: $(STAMP)
 	$(BIN)/touchd bench accuracy --jobs 2 --scenes drift-long,held --methods fingertip --heights 750,1500 --seeds 101 $(LONG)
+
+# Teaches touchd's judge of fingertips anew, which takes two hours; a run that was broken off goes on.
+judge: $(STAMP)
+	$(BIN)/python -m touchd.lab.learn --keep .cache/judge
 
 # make golden RECORDING=FOLDER turns a recording into a test; FOLDER/golden.yaml names camera, place, what must happen.
 golden: $(TESTS)

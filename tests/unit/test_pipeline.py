@@ -8,7 +8,8 @@ from touchd.pipeline import MissingArea, Pipeline, PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.crowd import contact_scene
 from touchd.table.hands import HandPose, pointing_hand
-from touchd.table.scene import Area, TableCamera, area_corners_px
+from touchd.table.relief import Book, Ground
+from touchd.table.scene import Area, Hand, TableCamera, area_corners_px
 from touchd.table.table import Table
 
 FRAME_NS = 33_333_333
@@ -175,40 +176,33 @@ def test_an_area_size_over_three_percent_off_is_a_note_that_says_both(empty: lis
     assert note.startswith("area.size_mm says 640 x 400 mm but the camera measures 599 x 400 mm, 6% off")
 
 
-BOOK = (slice(150, 330), slice(200, 440))
 BOOK_MM = 30.0
-
-
-def with_book(table: Table, frame: Frame) -> Frame:
-    """Return a frame as if a book had lain there: what is lower than it is hidden by it."""
-    step_mm = float(table.sensor.step_mm[655])
-    book = table.render([], frame.t_ns, frame.index).raw[BOOK] - np.uint16(round(BOOK_MM / step_mm))
-    raw = frame.raw.copy()
-    raw[BOOK] = np.minimum(raw[BOOK], book)
-    return replace(frame, raw=raw)
-
-
-def calibrated_on_a_book(table: Table, settings: PipelineSettings) -> Pipeline:
-    pipeline = Pipeline(table.sensor, settings, "a test")
-    pipeline.calibrate()
-    for index in range(25):
-        frame = pipeline.step(with_book(table, table.render([], index * FRAME_NS, index)))
-        assert frame.cursors == ()
-    return pipeline
+BOOK = Ground((Book((0.0, 0.0), (240.0, 180.0), BOOK_MM),))
 
 
 def test_a_finger_on_a_book_that_lay_there_during_calibration_is_a_touch() -> None:
-    table = Table(CAMERA, seed=3)
-    pipeline = calibrated_on_a_book(table, SETTINGS)
-    hand = pointing_hand(HandPose((0.0, 0.0), clearance_mm=BOOK_MM))
-    (cursor,) = pipeline.step(with_book(table, table.render([hand], 25 * FRAME_NS, 25))).cursors
+    table = Table(CAMERA, seed=3, ground=BOOK)
+    pipeline = Pipeline(table.sensor, SETTINGS, "a test")
+    pipeline.calibrate()
+    down = [pointing_hand(HandPose((0.0, 0.0), clearance_mm=BOOK_MM + gap_mm)) for gap_mm in (30.0, 12.0, 0.0, 0.0)]
+    hands: list[list[Hand]] = [[]] * 25 + [[hand] for hand in down]
+    *before, coming, touching = [
+        pipeline.step(table.render(shown, index * FRAME_NS, index)).cursors for index, shown in enumerate(hands)
+    ]
+    assert not any(before)
+    (cursor,) = touching
+    assert [each.session_id for each in coming] in ([], [cursor.session_id])
     assert cursor.height_mm < 6.0
+    assert np.hypot(cursor.x - 0.5, cursor.y - 0.5) * AREA.size_mm[0] < 12.0
 
 
 def test_the_paper_s_method_sees_what_lies_in_the_shell_over_a_book() -> None:
-    table = Table(CAMERA, seed=3)
-    pipeline = calibrated_on_a_book(table, replace(SETTINGS, method="shell"))
-    frame = with_book(table, table.render([], 25 * FRAME_NS, 25))
+    table = Table(CAMERA, seed=3, ground=BOOK)
+    pipeline = Pipeline(table.sensor, replace(SETTINGS, method="shell"), "a test")
+    pipeline.calibrate()
+    for index in range(25):
+        pipeline.step(table.render([], index * FRAME_NS, index))
+    frame = table.render([], 25 * FRAME_NS, 25)
     raw = frame.raw.copy()
     raw[235:247, 300:312] -= np.uint16(round(9.0 / float(table.sensor.step_mm[655])))
     (cursor,) = pipeline.step(replace(frame, raw=raw)).cursors

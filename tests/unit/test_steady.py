@@ -77,6 +77,13 @@ def test_a_finger_that_no_outline_showed_is_still_there_if_the_picture_is_as_it_
     assert steady.settle([], a_picture(3, raised_mm=9.0)) == []
 
 
+def test_of_two_sightings_of_one_finger_the_one_that_is_no_longer_seen_is_not_missed() -> None:
+    steady, other = Steady(STEP_MM), replace(ONE, u=147.0)
+    for number in range(2):
+        steady.settle([ONE, other], a_picture(number))
+    assert [seen.u for seen in steady.settle([other], a_picture(2))] == [147.0]
+
+
 def test_what_was_seen_but_once_is_not_missed() -> None:
     steady = Steady(STEP_MM)
     steady.settle([ONE], a_picture(0))

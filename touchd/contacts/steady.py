@@ -17,6 +17,7 @@ from touchd.model import Floats
 
 _AROUND_MM = 9.0  # so far around a fingertip the picture is watched
 _SAME_MM = 8.0  # so near to where it was a fit is of the same finger
+_ALONE_MM = 10.0  # no two fingertips are nearer
 # The mean change of heights from which on a finger has moved, in raw steps: noise makes so much of itself, the more
 # the more steps high a finger's outlines are.
 _MOVED_STEPS, _MOVED_MM = 0.3, 0.45
@@ -97,7 +98,8 @@ class Steady:
     def settle(self, seen: Sequence[Seen], picture: Picture) -> list[Seen]:
         """Return fingertips as they are on average for as long as they have kept still.
 
-        A finger that is not among those ``seen``, but looks in the picture as it did, is still where it was.
+        A finger that is not among those ``seen``, but looks in the picture as it did, is still where it was; unless
+        one of those is so near that it must be the same.
         """
         lasting = [still for still in self._still if self._looks_the_same(still, picture)]
         now = []
@@ -108,7 +110,8 @@ class Steady:
             else:
                 lasting.remove(same)
                 now.append(same.with_another(one))
-        now += [still.unseen() for still in lasting if still.seen.pictures > 1]
+        shown = [still.seen for still in now]
+        now += [still.unseen() for still in lasting if still.seen.pictures > 1 and not _is_among(still.seen, shown)]
         self._still = now
         return [still.seen for still in now]
 
@@ -138,6 +141,12 @@ def _within(window: Box, box: Box) -> tuple[slice, slice] | None:
     if left < 0 or top < 0 or window.right > box.right or window.bottom > box.bottom:
         return None
     return slice(top, window.bottom - box.top), slice(left, window.right - box.left)
+
+
+def _is_among(one: Seen, shown: Sequence[Seen]) -> bool:
+    """Return whether one of those shown is at the same place."""
+    alone_px = _ALONE_MM / one.lay.pixel_mm
+    return any(hypot(one.u - other.u, one.v - other.v) < alone_px for other in shown)
 
 
 def _nearest(one: Seen, lasting: Sequence[_Still]) -> _Still | None:
