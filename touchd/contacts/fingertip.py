@@ -31,7 +31,7 @@ _FREE_ROUNDS, _SETTLING_ROUNDS = 2, 2
 _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it surely is over.
-_BEGINS, _LASTS, _OVER = 2.0, -1.2, -2.2
+_BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.2
 _SEEN_AT_ALL = 0.45  # share of the samples that are the finger's own
 
 
