@@ -112,13 +112,24 @@ def test_a_thing_is_offered_to_the_surface_after_its_time_and_not_under_a_hand()
     watch = Watch(tabletop(750.0), join_after_s=1.0)
     stage = put_down(watch, booklet, 15.0)
     assert stage.due(watch.t_ns) is None
-    for _ in range(20):
-        watch.see(booklet((0.0, 0.0)), pointing((0.0, 60.0), 20.0))
+    for _ in range(45):
+        watch.see(booklet((0.0, 0.0)), pointing((0.0, -30.0), 20.0))
         assert stage.due(watch.t_ns) is None
     offered = [mask for _ in range(45) if (mask := _due_after(watch, booklet((0.0, 0.0)))) is not None]
     assert len(offered) == 1
     assert offered[0].shape == (480, 640)
     assert 0.01 < offered[0].mean() < 0.15
+
+
+def test_work_beside_a_thing_does_not_keep_the_surface_from_taking_it_in() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=1.0)
+    put_down(watch, booklet, 15.0)
+    offered = [
+        mask
+        for _ in range(45)
+        if (mask := watch.see(booklet((0.0, 0.0)), pointing((140.0, 40.0), 0.0)).due(watch.t_ns)) is not None
+    ]
+    assert len(offered) == 1
 
 
 def _due_after(watch: Watch, thing: Hand) -> Mask | None:

@@ -38,10 +38,11 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A thing that lies there since ``still_ns`` without a hand on it.
+    """A thing that has lain still since ``still_ns``, which a hand over it or beside it does not change.
 
     ``outline``: in area coordinates. ``odd_ns``: since when it does not look as it did, None if it does. ``asked_ns``:
     when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface.
+    ``covered``: whether something stands over it now.
     """
 
     object_id: int
@@ -52,6 +53,7 @@ class Thing:
     odd_ns: int | None = None
     asked_ns: int | None = None
     taken: bool = False
+    covered: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,6 +17,7 @@ from touchd.model import CoarsePicture, Mask
 _TALLEST_MM = 300.0  # what is higher was not put down
 _OVER_MM, _OVER_STEPS = 4.0, 0.5  # by so much a hand is higher than the thing under it
 _LEAST_SEEN = 0.3  # of a thing; of less nothing can be said
+_UNCOVERED = 0.9  # of a thing: what hides more stands over it
 _BARELY_LEFT, _PARTLY_LEFT, _WHOLLY_LEFT = 0.03, 0.15, 0.7  # of it
 _ODD_NS = 150_000_000  # it looks odd for so long before it is believed
 _PUSH_MM = 35.0  # at most in a frame
@@ -93,7 +94,7 @@ class ThingTracker:
     def _is_due(self, thing: Thing, t_ns: int) -> bool:
         asked = thing.asked_ns is not None and t_ns - thing.asked_ns < _ASKED_NS
         lies = thing.odd_ns is None and t_ns - thing.still_ns >= self._settings.join_after_s * 1e9
-        return lies and not (thing.taken or asked)
+        return lies and not (thing.taken or asked or thing.covered)
 
     def _seen(
         self, thing: Thing, picture: CoarsePicture, standing: Standing | None, joined: Mask | None, t_ns: int
@@ -104,11 +105,12 @@ class ThingTracker:
         if thing.taken:
             return None
         look = look_at(thing, picture, standing)
-        if look.touched:
-            thing = replace(thing, still_ns=t_ns, asked_ns=None)
-            pushed = self._pushed(thing, picture) if look.left > _BARELY_LEFT else None
+        thing = replace(thing, covered=look.seen < _UNCOVERED)
+        if look.touched and look.left > _BARELY_LEFT:
+            pushed = self._pushed(thing, picture)
             if pushed is not None:
-                return replace(thing, shape=pushed, outline=outline_of(pushed, self._lookout), odd_ns=None)
+                outline = outline_of(pushed, self._lookout)
+                return replace(thing, shape=pushed, outline=outline, still_ns=t_ns, asked_ns=None, odd_ns=None)
         if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
             return replace(thing, odd_ns=None)
         if thing.odd_ns is None or t_ns - thing.odd_ns < _ODD_NS:
