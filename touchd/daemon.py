@@ -234,6 +234,7 @@ class Daemon:
                 last_t_ns, stalled = frame.t_ns, False
                 self._publish(self._pipeline.step(frame))
                 self._metrics.note(arrived_ns, time.monotonic_ns())
+                self._pipeline.settle()
                 continue
             silent_s = time.monotonic() - last_seen_s
             # One that knows that no frames will come has stalled at once; but not while it is being set up.

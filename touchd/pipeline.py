@@ -124,6 +124,7 @@ class Pipeline:
         self._tracker = Tracker(settings.tracking, (1.0, 1.0), first_session_id)
         self._hovers = HoverTracker(settings.tracking, (1.0, 1.0))
         self._hands: HandStage | None = None
+        self._unsettled: Frame | None = None
         self._last_index = 0
 
     @property
@@ -167,18 +168,24 @@ class Pipeline:
         return self._tracker.next_session_id
 
     def step(self, frame: Frame) -> TouchFrame:
-        """Return what one frame shows."""
+        """Return what one frame shows.
+
+        What can wait until that is told is left to :meth:`settle`.
+        """
+        self.settle()
         self._last_index = frame.index
         if self._calibration is not None:
             return self._calibrate_on(self._calibration, frame)
-        if self._ready is None or self._hands is None:
+        self._unsettled = frame
+        if self._is_in_a_hurry(frame):
+            self.settle()
+        ready, hands, living = self._ready, self._hands, self._living
+        if ready is None or hands is None:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why="no surface was learned: calibrate")
-        ready, hands, coarse = self._ready, self._hands, self._ready.coarse.over(frame.raw)
-        why = self._live(ready, frame, coarse)
-        if why is not None:
+        if living is not None and living.why is not None:
             self._end_all()
-            return TouchFrame(frame.index, frame.t_ns, State.PAUSED, why=why)
-        raw = self._without_things(ready, hands, frame, coarse)
+            return TouchFrame(frame.index, frame.t_ns, State.PAUSED, why=living.why)
+        raw = hands.cleared(frame.raw, ready.surface.reference if living is None else living.reference)
         seen = self._seen(ready, hands, ready.method.find(raw, self._tracker.expected_mm(frame.t_ns)))
         touches = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
         airborne = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
@@ -194,6 +201,28 @@ class Pipeline:
             objects=hands.objects,
             area_mm=ready.area.size_mm,
         )
+
+    def settle(self) -> None:
+        """Look at the last frame for hands, things and how the surface fares, if that is still to be done.
+
+        Nothing of it changes what that frame's touches are, unless there is reason to hurry; then ``step`` did it first.
+        Call it once they are told; else the next ``step`` begins with it, with the same result.
+        """
+        frame, self._unsettled = self._unsettled, None
+        ready, hands = self._ready, self._hands
+        if frame is None or ready is None or hands is None:
+            return
+        coarse = ready.coarse.over(frame.raw)
+        living = self._living
+        if living is None:
+            hands.see(coarse, frame.t_ns)
+            return
+        self._live(living, ready, frame, coarse)
+        if living.why is None:
+            hands.see(coarse, frame.t_ns, living.part_of_surface)
+            due = hands.due(frame.t_ns)
+            if due is not None:
+                living.join(due)
 
     def stall(self, t_ns: int) -> TouchFrame:
         """End every touch because no frame came for a while."""
@@ -218,7 +247,7 @@ class Pipeline:
 
     def adopt(self, settings: PipelineSettings, ready: Ready | None) -> None:
         """Go on under other settings, with what :func:`prepare` made of the surface under them. Live touches go on."""
-        self._settings = settings
+        self._settings, self._unsettled = settings, None
         if ready is not None:
             self._hands = stage_over(ready.lookout, settings.objects, self._hands)
         self._ready = ready
@@ -235,6 +264,7 @@ class Pipeline:
         self._calibration = PatientCalibration(self._sensor, settings, self._made_from, inside)
 
     def _end_all(self) -> None:
+        self._unsettled = None
         self._tracker.end_all()
         self._hovers.end_all()
         if self._hands is not None:
@@ -250,21 +280,6 @@ class Pipeline:
         ready.follow(living.whole())
         return living
 
-    def _without_things(self, ready: Ready, hands: HandStage, frame: Frame, coarse: CoarsePicture) -> Image16:
-        """Return the picture (H, W) without the things in it, once hands and things are known.
-
-        What has lain there for long enough becomes part of the surface.
-        """
-        living = self._living
-        if living is None:
-            hands.see(coarse, frame.t_ns)
-            return hands.cleared(frame.raw, ready.surface.reference)
-        hands.see(coarse, frame.t_ns, living.part_of_surface)
-        due = hands.due(frame.t_ns)
-        if due is not None:
-            living.join(due)
-        return hands.cleared(frame.raw, living.reference)
-
     def _seen(self, ready: Ready, hands: HandStage, found: Sighting) -> Sighting:
         """Return what was found and is a hand's, where people mean it.
 
@@ -279,11 +294,13 @@ class Pipeline:
         )
         return seen if self._settings.eye is None else aimed(seen, self._settings.eye, ready.area.size_mm)
 
-    def _live(self, ready: Ready, frame: Frame, coarse: CoarsePicture) -> str | None:
-        """Let the surface live by one frame, and return why no touch can be seen in it; None if they can."""
-        living = self._living
-        if living is None:
-            return None
+    def _is_in_a_hurry(self, frame: Frame) -> bool:
+        """Return whether what is known of hands, things and the surface may be wrong for a frame."""
+        moved = self._living is not None and self._living.hurries(frame)
+        return moved or (self._hands is not None and self._hands.restless)
+
+    def _live(self, living: LivingSurface, ready: Ready, frame: Frame, coarse: CoarsePicture) -> None:
+        """Let the surface live by one frame; what has been lost is learned from the beginning."""
         was_learning = living.learning_again
         for rows in living.step(frame, coarse):
             ready.follow(rows)
@@ -293,7 +310,6 @@ class Pipeline:
         elif living.lost:
             frames = min(_FRAMES_WHEN_LOST, self._settings.calibration.frames)
             self._wait_for_surface(replace(self._settings.calibration, frames=frames))
-        return living.why
 
     def _calibrate_on(self, calibration: Calibration | PatientCalibration, frame: Frame) -> TouchFrame:
         calibration.take(frame)

@@ -50,6 +50,11 @@ class IslandWatch:
         self._least_px = max(_LEAST_PX, round(_LEAST_MM2 / lookout.pixel_mm**2))
         self._islands: list[_Island] = []
 
+    @property
+    def waits(self) -> bool:
+        """Whether there is anything of which it is not known yet what it is."""
+        return bool(self._islands)
+
     def step(self, parts: Sequence[Part], standing: Standing | None, t_ns: int) -> Sorted:
         """Take in the islands of a picture that are no hands'; return those of which it is known by now."""
         sorted_ = Sorted([], [])

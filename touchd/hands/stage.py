@@ -65,6 +65,12 @@ class HandStage:
         """Go on under other settings."""
         self._things.adopt(settings)
 
+    @property
+    def restless(self) -> bool:
+        """Whether the next picture must be seen before touches are: there is something that may be no hand."""
+        things = any(not thing.taken for thing in self._things.things)
+        return things or self._islands.waits or any(not arm.way.led for arm in self._arms.arms)
+
     def see(self, picture: CoarsePicture, t_ns: int, joined: Mask | None = None) -> None:
         """Take in one picture; what the other methods say is about it.
 

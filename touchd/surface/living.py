@@ -82,7 +82,7 @@ class LivingSurface:
         self._last_ns: int | None = None
         self._looked_ns: int | None = None
         self._visited_ns = self._began_ns = 0
-        self._looks = False
+        self._looks = self._hurried = False
         self._moves = 0
         self._learn_until_ns: int | None = None  # after a move
 
@@ -142,17 +142,25 @@ class LivingSurface:
         """
         self._layers.join(mask)
 
+    def hurries(self, frame: Frame) -> bool:
+        """Return whether a picture must be looked at before touches are seen in it: it may change what they are."""
+        if self._last_ns is None or self._outlook.is_news:
+            return True
+        paused = frame.t_ns - self._last_ns > _PAUSE_S * 1e9
+        self._hurried = self._is_startled(frame.raw) or paused or self._watch.is_jolt(frame.accel_g)
+        return self._hurried
+
     def step(self, frame: Frame, coarse: CoarsePicture) -> list[SurfaceRows]:
         """Look at one picture, and return how the surface reads by now in those rows where it reads differently."""
-        begins = self._last_ns is None
         seconds = 0.0 if self._last_ns is None else (frame.t_ns - self._last_ns) / 1e9
-        if begins or seconds > _PAUSE_S:
+        if self._last_ns is None or seconds > _PAUSE_S:
             self._began_ns = frame.t_ns
         self._last_ns = frame.t_ns
         changes = self._layers.step(frame.raw, self._reference, seconds) if self._outlook.why is None else []
         rows = [self._changed(change) for change in changes]
         # In turns, as each takes its time; but nothing is put off while there is news.
-        self._looks = begins or not self._looks or self._outlook.is_news or self._is_startled(frame.raw)
+        self._looks = not self._looks or self._hurried or self._outlook.is_news
+        self._hurried = False
         if self._looks:
             self._look(frame, coarse)
         if self._outlook.jump is not None:

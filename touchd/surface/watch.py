@@ -81,6 +81,10 @@ class Watch:
             self._gravity = _Gravity()
         return outlook
 
+    def is_jolt(self, accel_g: tuple[float, float, float] | None) -> bool:
+        """Return whether the camera feels a jolt, if it can; nothing is taken in."""
+        return self._gravity.is_jolt(accel_g)
+
     def _watch(self, sight: Sight, t_ns: int) -> Outlook:
         free = sight.free & sight.readable
         drift, size = self._fields.small(sight.off, free)
@@ -162,6 +166,10 @@ class _Gravity:
         self._hanging: tuple[float, float, float] | None = None
         self._lately: tuple[float, float, float] | None = None
 
+    def is_jolt(self, accel_g: tuple[float, float, float] | None) -> bool:
+        """Return whether the camera is pulled elsewhere than it has been."""
+        return accel_g is not None and self._hanging is not None and dist(accel_g, self._hanging) > _JOLT_G
+
     def jolted(self, accel_g: tuple[float, float, float] | None) -> bool:
         """Return whether the camera was jolted, or hangs otherwise than it did."""
         if accel_g is None:
@@ -169,7 +177,7 @@ class _Gravity:
         if self._hanging is None or self._lately is None:
             self._hanging = self._lately = accel_g
             return False
-        jolt = dist(accel_g, self._hanging) > _JOLT_G
+        jolt = self.is_jolt(accel_g)
         self._lately = _mixed(self._lately, accel_g, _RESTING_SHARE)
         turned = dist(self._lately, self._hanging) > _TURNED_G
         self._hanging = _mixed(self._hanging, accel_g, _HANGING_SHARE)
