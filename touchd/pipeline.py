@@ -18,7 +18,6 @@ from touchd.model import (
     AreaCorners,
     CoarsePicture,
     Frame,
-    Image16,
     Sensor,
     Shell,
     State,
@@ -205,7 +204,7 @@ class Pipeline:
     def settle(self) -> None:
         """Look at the last frame for hands, things and how the surface fares, if that is still to be done.
 
-        Nothing of it changes what that frame's touches are, unless there is reason to hurry; then ``step`` did it first.
+        Nothing of it changes what that frame's touches are, unless there is a reason to hurry; then it was done first.
         Call it once they are told; else the next ``step`` begins with it, with the same result.
         """
         frame, self._unsettled = self._unsettled, None

@@ -27,7 +27,7 @@ from touchd.model import Contact, Floats, Image16, SurfaceRows
 # Outlines are drawn at two heights, each grown by so many raw steps.
 _LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
 _SAME_TIP_MM = 10.0  # no two fingertips are nearer
-_FREE_ROUNDS, _SETTLING_ROUNDS = 2, 2
+_FREE_ROUNDS, _SETTLING_ROUNDS = 1, 2
 _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it surely is over.

@@ -2,7 +2,6 @@
 
 from bisect import bisect
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from math import atan2, cos, sin, sqrt
@@ -18,8 +17,8 @@ from touchd.model import Floats, Mask
 # How far a step may lead along and across (mm) and in turn (rad): one over the variance, and at most; the bank's
 # slopes hold only nearby.
 _ALONG_TRUST, _TURN_TRUST = 5.0**-2, 0.4**-2
-_ALONG_MM, _TURN_RAD, _PITCH_RAD, _CLEARANCE_MM, _RADIUS_MM = 6.0, 0.4, 0.3, 15.0, 2.0
-_PITCHES, _CLEARANCES, _RADII = (0.0, 1.4), (-4.0, 45.0), (3.2, 9.5)  # least and most
+_LONGEST = 6.0, 6.0, 0.4, 0.3, 15.0, 2.0  # along, across, in turn, pitch (rad), clearance and radius
+_LEAST, _MOST = (0.0, -4.0, 3.2), (1.4, 45.0, 9.5)  # pitch, clearance and radius
 _LIFTED_MM = 8.0  # the prior on the clearance fades with what is seen to be higher
 # Neighbouring samples share their noise, so that they tell less than their number: 1 / 2.5².
 _INDEPENDENT = np.float32(0.16)
@@ -102,20 +101,21 @@ class Fitter:
         fitted = Fitted(owned, owned, bed.core, [], [])
         known = owned
         for turn in range(rounds):
-            axes = [_axes(tip, picture.box) for tip in tips]
-            near = [self._nearest(first, tip) for first, tip in zip(bed.first, tips, strict=True)]
-            off = [_off(tip, pitch_rad, self._middles[at]) for tip, (at, pitch_rad) in zip(tips, near, strict=True)]
-            rows = self._bank.templates[[at for at, _ in near]]
+            at, off, axes, priors = zip(
+                *(self._looked_up(tip, first, picture.box) for tip, first in zip(tips, bed.first, strict=True)),
+                strict=True,
+            )
+            rows = self._bank.templates.take(at, axis=0)
             places = np.matmul(np.array(axes, np.float32), bed.places)
             u, v = places[:, 0], places[:, 1]
             if turn == 0:
                 read = cv2.remap(picture.readings, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT)
                 known = owned * np.greater(read, _READABLE)
             seen = as_floats(cv2.remap(picture.heights_mm, u, v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
-            residual = seen * rows[:, 1] + np.matmul(np.array(off, np.float32), rows)[:, 0]
+            residual = seen * rows[:, 1] + np.matmul(np.array(off, np.float32)[:, None], rows)[:, 0]
             rows[:, 1] = residual
             products = _products(rows[:, 1:], _counted(residual, known, bed.above))
-            steps = _steps(products, [_prior(tip) for tip in tips])
+            steps = _steps(products, priors)
             for tip, axis, step in zip(tips, axes, steps, strict=True):
                 _move(tip, axis, [best for best, _ in step])
             fitted = Fitted(residual, known, bed.core, axes, steps)
@@ -131,17 +131,24 @@ class Fitter:
         along, across = self._bank.places_mm[scale]
         return float(np.interp(level_mm, heights[across == 0.0], along[across == 0.0]))
 
-    def _nearest(self, first: int, tip: Tip) -> tuple[int, float]:
-        """Return the index of the template that is nearest to a tip's shape, and the tip's pitch to look it up by.
+    def _looked_up(self, tip: Tip, first: int, box: Box) -> "LookUp":
+        """Return what one round of the fit needs to know of a tip.
 
-        That is the pitch with which a finger rises in the picture as this one does if the lean is the template's, so
-        that templates of two leans agree half way between them.
+        The template is the nearest one to the tip's shape at the pitch with which a finger rises in the picture as this
+        one does if the lean is the template's, so that templates of two leans agree half way between them.
         """
-        lean = tip.lean
+        lay, c, s = tip.guess.lay, cos(tip.angle), sin(tip.angle)
+        lean, rise = lay.x_by_z * c + lay.y_by_z * s, sin(tip.pitch_rad)
         which = bisect(self._leans, lean)
-        rise = sin(tip.pitch_rad)
         pitch_rad = atan2(rise, cos(tip.pitch_rad) + (lean - self._bank.leans[which]) * rise)
-        return first + self._of_lean[which] + self._shape(which, pitch_rad, tip.radius_mm, tip.clearance_mm), pitch_rad
+        at = first + self._of_lean[which] + self._shape(which, pitch_rad, tip.radius_mm, tip.clearance_mm)
+        pitch, clearance, radius = self._middles[at]
+        off = pitch - pitch_rad, clearance - tip.clearance_mm, radius - tip.radius_mm
+        axes = (
+            (lay.u_by_x * c + lay.u_by_y * s, lay.u_by_y * c - lay.u_by_x * s, tip.u - box.left),
+            (lay.v_by_x * c + lay.v_by_y * s, lay.v_by_y * c - lay.v_by_x * s, tip.v - box.top),
+        )
+        return at, (-1.0, 0.0, 0.0, 0.0, 0.0, *off), axes, _prior(tip)
 
     def _shape(self, lean: int, pitch_rad: float, radius_mm: float, clearance_mm: float) -> int:
         """Return which of a lean's templates is nearest to a shape."""
@@ -160,7 +167,7 @@ class Fitted:
     residual: Floats
     known: Floats
     core: Mask
-    axes: "list[Axes]"
+    axes: "Sequence[Axes]"
     steps: list[list[list[float]]]
 
     def at_rest(self, tips: Sequence[Tip]) -> list[Tip]:
@@ -168,7 +175,7 @@ class Fitted:
 
         To know one of several unknowns exactly moves each other one by their covariance over the known one's variance.
         """
-        resting = [copy(tip) for tip in tips]
+        resting = [tip.copy() for tip in tips]
         for tip, axis, step in zip(resting, self.axes, self.steps, strict=True):
             variance = step[_CLEARANCE][1]
             # It is 0 where rounding left nothing to solve; such a tip stays where it is.
@@ -198,27 +205,15 @@ class Fitted:
         )
 
 
+# How far a mm along and across the finger leads in the picture, as columns, and where in the box it is.
 Axes = tuple[tuple[float, float, float], tuple[float, float, float]]
+Prior = tuple[tuple[float, ...], tuple[float, ...]]
+# Which template, what to multiply its rows by for the heights of a shape near it, times -1; axes, and what is likely.
+LookUp = tuple[int, tuple[float, ...], Axes, Prior]
 
 
 def _sums(samples: Floats) -> Floats:
     return np.asarray(np.add.reduce(samples, axis=1), np.float32)
-
-
-def _axes(tip: Tip, box: Box) -> Axes:
-    """Return how far a mm along and across the finger leads in the picture, as columns, and where in the box it is."""
-    lay, c, s = tip.guess.lay, cos(tip.angle), sin(tip.angle)
-    return (
-        (lay.u_by_x * c + lay.u_by_y * s, lay.u_by_y * c - lay.u_by_x * s, tip.u - box.left),
-        (lay.v_by_x * c + lay.v_by_y * s, lay.v_by_y * c - lay.v_by_x * s, tip.v - box.top),
-    )
-
-
-def _off(tip: Tip, pitch_rad: float, middle: list[float]) -> tuple[tuple[float, ...]]:
-    """Return what to multiply a template's rows by for the heights of a shape near it, times -1."""
-    pitch, clearance, radius = middle
-    off = pitch - pitch_rad, clearance - tip.clearance_mm, radius - tip.radius_mm
-    return ((-1.0, 0.0, 0.0, 0.0, 0.0, *off),)
 
 
 def _counted(residual: Floats, known: Floats, above: Floats) -> Floats:
@@ -240,9 +235,6 @@ def _products(rows: Floats, counted: Floats) -> Floats:
     return products
 
 
-Prior = tuple[tuple[float, ...], tuple[float, ...]]
-
-
 def _prior(tip: Tip) -> Prior:
     """Return for each unknown how much it is trusted to be what is likely, and that times how far off it is."""
     clearance_trust = CLEARANCE_TRUST / (1.0 + (tip.clearance_mm / _LIFTED_MM) ** 2)
@@ -259,7 +251,7 @@ def _prior(tip: Tip) -> Prior:
     )
 
 
-def _steps(products: Floats, priors: list[Prior]) -> list[list[list[float]]]:
+def _steps(products: Floats, priors: Sequence[Prior]) -> list[list[list[float]]]:
     """Return for N tips and each unknown the best step, and its covariance with the clearance.
 
     The best step leads to the least sum of weighed squared residuals and of distances from what is likely.
@@ -278,22 +270,22 @@ def _steps(products: Floats, priors: list[Prior]) -> list[list[list[float]]]:
 
 
 def _move(tip: Tip, axes: Axes, step: list[float]) -> None:
-    along, across = _within(step[0], _ALONG_MM), _within(step[1], _ALONG_MM)
+    along, across, turn, pitch, clearance, radius = map(_within, step, _LONGEST)
     (u_along, u_across, _), (v_along, v_across, _) = axes
     tip.u += u_along * along + u_across * across
     tip.v += v_along * along + v_across * across
-    tip.angle += _within(step[2], _TURN_RAD)
-    tip.pitch_rad = _between_two(tip.pitch_rad + _within(step[3], _PITCH_RAD), _PITCHES)
-    tip.clearance_mm = _between_two(tip.clearance_mm + _within(step[4], _CLEARANCE_MM), _CLEARANCES)
-    tip.radius_mm = _between_two(tip.radius_mm + _within(step[5], _RADIUS_MM), _RADII)
+    tip.angle += turn
+    shape = tip.pitch_rad + pitch, tip.clearance_mm + clearance, tip.radius_mm + radius
+    tip.pitch_rad, tip.clearance_mm, tip.radius_mm = map(_between_two, shape, _LEAST, _MOST)
 
 
 def _within(value: float, most: float) -> float:
-    return min(max(value, -most), most)
+    # Calls of min and max would take thrice as long.
+    return value if -most < value < most else most if value > 0.0 else -most
 
 
-def _between_two(value: float, limits: tuple[float, float]) -> float:
-    return min(max(value, limits[0]), limits[1])
+def _between_two(value: float, least: float, most: float) -> float:
+    return value if least < value < most else most if value > least else least
 
 
 def _between(values: tuple[float, ...] | list[float]) -> list[float]:

@@ -1,7 +1,7 @@
 """Fingertips side by side: which are the same one, and which samples belong to which."""
 
-from collections.abc import Iterator, Sequence
-from math import cos, hypot, sin
+from collections.abc import Sequence
+from math import cos, sin
 
 import numpy as np
 
@@ -14,29 +14,41 @@ Places = Sequence[Sequence[float]]  # u and v, or x and y, of each
 
 
 def close(places: Places, apart: float) -> bool:
-    """Return whether any two of some points are nearer than a limit."""
+    """Return whether any two of some points, of which there are few, are nearer than a limit."""
     limit = apart * apart
-    return any((u - x) ** 2 + (v - y) ** 2 <= limit for i, (u, v) in enumerate(places) for x, y in places[:i])
+    for i, (u, v) in enumerate(places):
+        for x, y in places[:i]:
+            if (u - x) * (u - x) + (v - y) * (v - y) <= limit:
+                return True
+    return False
 
 
 def distinct(places: Places, rank: Sequence[float], apart: float) -> list[int]:
     """Return which of some points to keep, the higher ranked first, so that no two are nearer than a limit."""
-    kept: list[int] = []
     limit = apart * apart
-    for i in sorted(range(len(places)), key=lambda k: -rank[k]):
+    kept: list[int] = []
+    taken: list[Sequence[float]] = []
+    for i in sorted(range(len(places)), key=rank.__getitem__, reverse=True):
         x, y = places[i]
-        if all((places[k][0] - x) ** 2 + (places[k][1] - y) ** 2 > limit for k in kept):
+        for u, v in taken:
+            if (u - x) * (u - x) + (v - y) * (v - y) <= limit:
+                break
+        else:
             kept.append(i)
+            taken.append(places[i])
     return kept
 
 
 def paired(wanted: Places, places: Places, limit: float) -> dict[int, int]:
     """Return which of some points have which place of their own within a limit, the nearest pairs being made first."""
+    squared = limit * limit
     near = sorted(
-        (distance, row, column)
-        for row, (u, v) in enumerate(wanted)
-        for column, (x, y) in enumerate(places)
-        if (distance := hypot(u - x, v - y)) < limit
+        [
+            (distance, row, column)
+            for row, (u, v) in enumerate(wanted)
+            for column, (x, y) in enumerate(places)
+            if (distance := (u - x) * (u - x) + (v - y) * (v - y)) < squared
+        ]
     )
     pairs: dict[int, int] = {}
     for _, row, column in near:
@@ -51,7 +63,7 @@ def owned_samples(tips: Sequence[Tip], places_mm: Floats) -> Floats:
     ``places_mm`` (N, 3, S): where the samples lie along and across their finger, and 1.
     """
     owned = np.ones((len(tips), places_mm.shape[2]), np.float32)
-    pairs = list(_pairs(tips))
+    pairs = _pairs(tips)
     if not pairs:
         return owned
     mine = [one for one, _ in pairs]
@@ -73,13 +85,16 @@ def _way(tip: Tip, other: Tip) -> tuple[tuple[float, float, float], tuple[float,
     return (c, -s, -x_mm * their_c - y_mm * their_s), (s, c, x_mm * their_s - y_mm * their_c)
 
 
-def _pairs(tips: Sequence[Tip]) -> Iterator[tuple[int, int]]:
-    """Yield which tips have which others near them."""
-    for one, tip in enumerate(tips):
-        near = (_NEAR_MM / tip.guess.lay.pixel_mm) ** 2
-        for other, their in enumerate(tips):
-            if other != one and (tip.u - their.u) ** 2 + (tip.v - their.v) ** 2 < near:
-                yield one, other
+def _pairs(tips: Sequence[Tip]) -> list[tuple[int, int]]:
+    """Return which tips have which others near them."""
+    places = [(tip.u, tip.v) for tip in tips]
+    pairs = []
+    for one, (u, v) in enumerate(places):
+        near = (_NEAR_MM / tips[one].guess.lay.pixel_mm) ** 2
+        for other, (x, y) in enumerate(places):
+            if other != one and (u - x) * (u - x) + (v - y) * (v - y) < near:
+                pairs.append((one, other))
+    return pairs
 
 
 def _offset_mm(tip: Tip, other: Tip) -> tuple[float, float]:

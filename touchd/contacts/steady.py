@@ -50,22 +50,20 @@ class Seen:
 
     def towards(self, new: "Seen", share: float) -> "Seen":
         """Return it moved by a share of the way to what was seen anew."""
-
-        def mixed(old: float, latest: float) -> float:
-            return old + share * (latest - old)
-
-        return replace(
-            new,
-            u=mixed(self.u, new.u),
-            v=mixed(self.v, new.v),
-            u_under=mixed(self.u_under, new.u_under),
-            v_under=mixed(self.v_under, new.v_under),
-            angle=self.angle + share * ((new.angle - self.angle + pi) % tau - pi),
-            radius_mm=mixed(self.radius_mm, new.radius_mm),
-            clearance_mm=mixed(self.clearance_mm, new.clearance_mm),
-            odds=mixed(self.odds, new.odds),
-            finger_odds=mixed(self.finger_odds, new.finger_odds),
-            pictures=min(self.pictures + 1, _LONGEST),
+        kept = 1.0 - share
+        return Seen(
+            kept * self.u + share * new.u,
+            kept * self.v + share * new.v,
+            kept * self.u_under + share * new.u_under,
+            kept * self.v_under + share * new.v_under,
+            self.angle + share * ((new.angle - self.angle + pi) % tau - pi),
+            kept * self.radius_mm + share * new.radius_mm,
+            kept * self.clearance_mm + share * new.clearance_mm,
+            kept * self.odds + share * new.odds,
+            kept * self.finger_odds + share * new.finger_odds,
+            new.shown,
+            new.lay,
+            min(self.pictures + 1, _LONGEST),
         )
 
 
@@ -80,7 +78,8 @@ class _Still:
 
     def with_another(self, one: Seen) -> "_Still":
         """Return it with one more sighting in the average."""
-        return replace(self, seen=self.seen.towards(one, 1.0 / min(self.seen.pictures + 1, _LONGEST)))
+        seen = self.seen.towards(one, 1.0 / min(self.seen.pictures + 1, _LONGEST))
+        return _Still(seen, self.window, self.heights_mm, self.readings)
 
     def unseen(self) -> "_Still":
         """Return it as it is after a picture that did not show it."""

@@ -43,6 +43,22 @@ class Tip:
     likely_radius_mm: float
     radius_trust: float
 
+    def copy(self) -> "Tip":
+        """Return another one like it; the library's way takes five times as long."""
+        return Tip(
+            self.guess,
+            self.u,
+            self.v,
+            self.angle,
+            self.pitch_rad,
+            self.clearance_mm,
+            self.radius_mm,
+            self.likely_pitch_rad,
+            self.pitch_trust,
+            self.likely_radius_mm,
+            self.radius_trust,
+        )
+
     @property
     def lean(self) -> float:
         """How far (mm) along the finger what is higher by 1 mm is seen."""

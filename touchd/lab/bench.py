@@ -106,7 +106,7 @@ def endless(frames: Sequence[Frame]) -> Iterator[Frame]:
 
 
 def time_frames(scene: Scene, frames: Iterator[Frame], output: TuioUdpOutput) -> Times:
-    """Time step() and step() with sending, frame by frame, and what was found."""
+    """Time step(), step() with sending, and what waits until then, frame by frame; and what was found."""
     times = Times()
     for frame in frames:
         begun_ns = time.perf_counter_ns()
@@ -114,7 +114,9 @@ def time_frames(scene: Scene, frames: Iterator[Frame], output: TuioUdpOutput) ->
         stepped_ns = times.add("step", begun_ns)
         output.publish(result, begun_ns)
         times.add("send", stepped_ns)
-        times.add("frame to datagram", begun_ns)
+        sent_ns = times.add("frame to datagram", begun_ns)
+        scene.pipeline.settle()
+        times.add("settle", sent_ns)
         times.found.append(len(result.cursors))
     return times
 
@@ -198,6 +200,7 @@ def _bench_scene(
         ("step", paced, hot),
         ("send", paced, hot),
         ("frame to datagram", paced, hot),
+        ("settle", paced, hot),
     ):
         row = f"{scene.contacts:8d}  {paced.found_typically:5d}  {name:20s}"
         for median, p99 in (warm.percentiles_ms(name), cold.percentiles_ms(name)):

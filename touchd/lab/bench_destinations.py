@@ -148,6 +148,7 @@ def _times_ns(pipeline: Pipeline, frames: Iterator[Frame], company: Sequence[Nei
             for output in outputs:
                 output.publish(result, begun_ns)
             times_ns.append(time.perf_counter_ns() - begun_ns)
+            pipeline.settle()
     return times_ns
 
 

@@ -155,6 +155,7 @@ def _calibrated(source: KinectSource, slot: LatestFrame, output: TuioUdpOutput) 
     pipeline.calibrate()
     for _ in range(_CALIBRATION_FRAMES + _WARM_FRAMES):
         output.publish(pipeline.step(_next(slot)), time.monotonic_ns())
+        pipeline.settle()
     return pipeline
 
 
@@ -173,6 +174,7 @@ def _measure(
         frame = _next(slot)
         output.publish(pipeline.step(frame), frame.t_ns)
         tally.note(frame, ends, time.monotonic_ns())
+        pipeline.settle()
     elapsed_ns = time.monotonic_ns() - begun_ns
     share = (time.clock_gettime_ns(clock) - begun_cpu_ns) / elapsed_ns
     yield from tally.lines(slot.dropped - dropped)

@@ -29,8 +29,8 @@ _NO_MOVE = 0.2  # a jolt after which all reads as before, but for this; in units
 # What has changed since pictures came last, by so much at most, may be the camera's warmth.
 _UNSEEN_DRIFT, _JUST_BEGUN_NS, _PAUSE_S = 4.0, 2_000_000_000, 5.0
 _WORTH_TELLING = 0.05  # a change of the surface's reading, in units of noise
-# Between two looks a glance must do: at every other block of every other row, how many are off by more.
-_GLANCE = (slice(BLOCK_PX // 2, None, 2 * BLOCK_PX), slice(BLOCK_PX // 2, None, 2 * BLOCK_PX))
+# Before touches are seen a glance must do: at every fourth block of every fourth row, how many are off by more.
+_GLANCE = (slice(BLOCK_PX // 2, None, 4 * BLOCK_PX), slice(BLOCK_PX // 2, None, 4 * BLOCK_PX))
 _OFF, _STARTLING = 0.8, 0.2
 _ALL = 255  # true, in a mask of OpenCV's
 _SMALLEST_PX, _LEAST_KNOWN = 4 * BLOCK_PX, 0.05
@@ -75,7 +75,7 @@ class LivingSurface:
         self._within = (-_WITHIN * self._blocks.unit_raw, _WITHIN * self._blocks.unit_raw)
         self._free = np.zeros(self._blocks.shape, np.bool_)
         self._middles = self._level[MIDDLES].copy()
-        self._glance, self._off_share = self._middles[::2, ::2], 1.0
+        self._glance, self._off_share = self._middles[::4, ::4], 1.0
         self._visits = np.full(self._blocks.shape, _KNOWN_WELL, np.float32)
         self._turns = count()
         self._outlook = Outlook()
@@ -204,7 +204,7 @@ class LivingSurface:
         self._outlook = outlook = self._watch.step(sight, frame.t_ns, frame.accel_g)
         seconds, self._looked_ns = (frame.t_ns - (self._looked_ns or frame.t_ns)) / 1e9, frame.t_ns
         self._free = sight.free
-        self._glance = level[::2, ::2]
+        self._glance = level[::4, ::4]
         gone = self._sunken.step(coarse, seconds) if outlook.why is None else None
         if gone is not None:
             self._layers.join(gone)
