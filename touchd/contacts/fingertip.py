@@ -32,6 +32,7 @@ _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was onl
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it surely is over.
 _BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.2
+_FINGER = 0.0  # log odds of being a fingertip at all, from which on it is remembered as one
 _SEEN_AT_ALL = 0.45  # share of the samples that are the finger's own
 
 
@@ -79,6 +80,8 @@ class FingertipMethod:
             self._beliefs.update([], [])
             return Sighting([])
         opinions = self._judge.opinions(found.traits) if found.tips else []
+        # What went astray is begun anew in the next picture, lest it wander on.
+        self._memory.keep([tip for tip, said in zip(found.tips, opinions, strict=True) if said.finger_odds > _FINGER])
         seen = [one for one in self._steady.settle(_sightings(found, opinions), found.picture) if self._is_sure(one)]
         beliefs = self._beliefs.update([(one.u, one.v) for one in seen], [one.odds for one in seen])
         sighting = Sighting([])
@@ -121,7 +124,6 @@ class FingertipMethod:
         fitted = fitter.fit(tips, bed, picture, owned, _SETTLING_ROUNDS)
         quality, resting = fitted.quality(), fitted.at_rest(tips)
         told = traits(tips, fitted, quality, picture)
-        self._memory.keep(tips)
         kept = self._different(resting, lambda: quality)
         return Found([tips[i] for i in kept], [resting[i] for i in kept], quality.at(kept), told[kept], picture)
 

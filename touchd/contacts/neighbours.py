@@ -9,6 +9,7 @@ from touchd.contacts.tips import Tip
 from touchd.model import Floats
 
 _NEAR_MM = 50.0
+_TWIN_MM, _ASIDE_MM = 16.0, 6.0  # one so near, and so little aside, is the same finger begun at another place
 
 Places = Sequence[Sequence[float]]  # u and v, or x and y, of each
 
@@ -58,12 +59,12 @@ def paired(wanted: Places, places: Places, limit: float) -> dict[int, int]:
 
 
 def owned_samples(tips: Sequence[Tip], places_mm: Floats) -> Floats:
-    """Return 1 for the samples (N, S) that are nearer to their own finger's axis than to any other's, else 0.
+    """Return 1 for the samples (N, S) that are nearer to their own finger's axis than to any other finger's, else 0.
 
     ``places_mm`` (N, 3, S): where the samples lie along and across their finger, and 1.
     """
     owned = np.ones((len(tips), places_mm.shape[2]), np.float32)
-    pairs = _pairs(tips)
+    pairs = [(one, other) for one, other in _pairs(tips) if not _are_twins(tips[one], tips[other])]
     if not pairs:
         return owned
     mine = [one for one, _ in pairs]
@@ -95,6 +96,14 @@ def _pairs(tips: Sequence[Tip]) -> list[tuple[int, int]]:
             if other != one and (u - x) * (u - x) + (v - y) * (v - y) < near:
                 pairs.append((one, other))
     return pairs
+
+
+def _are_twins(tip: Tip, other: Tip) -> bool:
+    """Return whether two tips, one before the other, are fitted to the same finger."""
+    x_mm, y_mm = _offset_mm(tip, other)
+    if x_mm * x_mm + y_mm * y_mm > _TWIN_MM * _TWIN_MM:
+        return False
+    return any(abs(y_mm * cos(angle) - x_mm * sin(angle)) < _ASIDE_MM for angle in (tip.angle, other.angle))
 
 
 def _offset_mm(tip: Tip, other: Tip) -> tuple[float, float]:

@@ -109,6 +109,7 @@ class Steady:
             else:
                 lasting.remove(same)
                 now.append(same.with_another(one))
+        now = _apart(now)
         shown = [still.seen for still in now]
         now += [still.unseen() for still in lasting if still.seen.pictures > 1 and not _is_among(still.seen, shown)]
         self._still = now
@@ -146,6 +147,19 @@ def _is_among(one: Seen, shown: Sequence[Seen]) -> bool:
     """Return whether one of those shown is at the same place."""
     alone_px = _ALONE_MM / one.lay.pixel_mm
     return any(hypot(one.u - other.u, one.v - other.v) < alone_px for other in shown)
+
+
+def _apart(stills: Sequence[_Still]) -> list[_Still]:
+    """Return one of those that turn out to be the same finger: the one known for longest."""
+    kept: list[_Still] = []
+    for still in sorted(stills, key=_known_for, reverse=True):
+        if not _is_among(still.seen, [other.seen for other in kept]):
+            kept.append(still)
+    return kept
+
+
+def _known_for(still: _Still) -> tuple[int, float]:
+    return still.seen.pictures, still.seen.odds
 
 
 def _nearest(one: Seen, lasting: Sequence[_Still]) -> _Still | None:
