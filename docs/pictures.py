@@ -15,7 +15,8 @@ from touchd.demo.view import DemoView, draw
 from touchd.demo.watching import Relief
 from touchd.metrics import MetricsSnapshot
 from touchd.model import AreaCorners, Cursor, Frame, Mask, State, Surface
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.scenarios import AREA, CAMERA, area_corners
 from touchd.table.show import Show, frame_time_ns

@@ -6,7 +6,8 @@ from functools import cache
 
 import numpy as np
 from touchd.model import AreaCorners, Floats, Frame, Mask, Surface, TouchFrame
-from touchd.pipeline import Pipeline, PipelineSettings, prepare
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings, prepare
 from touchd.surface.calibrate import Calibration
 from touchd.surface.coarse import CoarseHeights
 from touchd.surface.living import LivingSurface

@@ -9,7 +9,8 @@ from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.stage import HandStage
 from touchd.model import AreaCorners, Image16, Mask, Surface
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.calibrate import Calibration
 from touchd.surface.coarse import CoarseHeights
 from touchd.surface.settings import CalibrationSettings

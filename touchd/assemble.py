@@ -22,7 +22,7 @@ from touchd.outputs.profiles import CURSOR_25D, PROFILES
 from touchd.outputs.tuio import TuioEncoder, default_source, first_fseq, later_fseq, session_offset
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender, open_udp_socket, open_udp_socket_on, parse_destination
-from touchd.pipeline import MissingArea, PipelineSettings
+from touchd.ready import MissingArea, PipelineSettings
 from touchd.sources.kinect.camera import CameraSettings
 from touchd.sources.kinect.source import KinectSource
 from touchd.sources.recording import RecordingSource

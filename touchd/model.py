@@ -85,6 +85,17 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True)
+class FollowedArea:
+    """An area whose corners are seen elsewhere since the camera was knocked.
+
+    ``area``: as it was configured then, None where it was not; ``corners``: where they have been seen since.
+    """
+
+    area: AreaCorners | None
+    corners: AreaCorners
+
+
+@dataclass(frozen=True, slots=True)
 class Surface:
     """The empty surface, per pixel, as calibration found it.
 
@@ -100,6 +111,7 @@ class Surface:
     moved: Mask  # (H, W) pixels masked because something moved there
     frames: int  # how many frames it was made from
     made_from: str  # a name for people: a recording's path, a camera's serial
+    followed: FollowedArea | None = None
 
 
 @dataclass(frozen=True, slots=True)

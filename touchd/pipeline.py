@@ -3,106 +3,22 @@
 The same frames, settings and versions give the same touches, to the byte.
 """
 
-from dataclasses import dataclass, field, replace
-from enum import StrEnum
+from dataclasses import replace
 
-from touchd.contacts.aim import EyeOffsets, aimed
-from touchd.contacts.method import ContactMethod, FollowsSurface, Place, Sighting
-from touchd.contacts.methods import method_maker
-from touchd.contacts.settings import BlobSettings
-from touchd.geometry import AreaMap, SurfaceMap, map_area, map_surface, measured_size_mm, whole_picture
-from touchd.hands.lookout import Lookout
-from touchd.hands.settings import ObjectSettings
+from touchd.contacts.aim import aimed
+from touchd.contacts.method import Sighting
 from touchd.hands.stage import HandStage, stage_over
-from touchd.model import (
-    AreaCorners,
-    CoarsePicture,
-    Frame,
-    Sensor,
-    Shell,
-    State,
-    Surface,
-    SurfaceRows,
-    TouchFrame,
-)
+from touchd.model import CoarsePicture, Frame, Sensor, State, Surface, TouchFrame
+from touchd.ready import PipelineSettings, Ready, prepare
 from touchd.surface.calibrate import Calibration
-from touchd.surface.coarse import CoarseHeights
 from touchd.surface.living import LivingSurface, Vitals, can_live
 from touchd.surface.patient import PatientCalibration, everywhere
-from touchd.surface.quality import SurfaceReport, report
-from touchd.surface.region import flat_area, inside_of, with_margin
-from touchd.surface.settings import CalibrationSettings, LivingSettings, ShellSettings
-from touchd.surface.shell import shell_over
+from touchd.surface.region import inside_of
+from touchd.surface.settings import CalibrationSettings
 from touchd.tracking.hovers import HoverTracker
-from touchd.tracking.settings import TrackingSettings
 from touchd.tracking.tracker import Tracker
 
-# Given and measured sizes of the area that differ by more than this mean wrong camera constants.
-_SIZE_TOLERANCE = 0.03
 _FRAMES_WHEN_LOST = 60  # to learn a surface from that cannot be found again: people wait for it
-_MOVED_NOTE = "the camera or the table was moved: if touches lie beside the fingers, run touchd align"
-
-
-class MissingArea(StrEnum):
-    """What to take as the active area when none is configured."""
-
-    WHOLE_PICTURE = "whole picture"
-    FLAT_REGION = "flat region"
-
-
-@dataclass(frozen=True, slots=True)
-class PipelineSettings:
-    """The settings of all stages."""
-
-    calibration: CalibrationSettings = field(default_factory=CalibrationSettings)
-    living: LivingSettings = field(default_factory=LivingSettings)
-    method: str = "fingertip"
-    shell: ShellSettings = field(default_factory=ShellSettings)
-    blobs: BlobSettings = field(default_factory=BlobSettings)
-    tracking: TrackingSettings = field(default_factory=TrackingSettings)
-    objects: ObjectSettings = field(default_factory=ObjectSettings)
-    area: AreaCorners | None = None
-    missing_area: MissingArea = MissingArea.WHOLE_PICTURE
-    eye: EyeOffsets | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Ready:
-    """Everything that is derived once per surface, so that a frame only has to be looked up in it."""
-
-    settings: PipelineSettings
-    surface: Surface
-    surface_map: SurfaceMap
-    shell: Shell
-    area: AreaMap
-    place: Place
-    coarse: CoarseHeights
-    method: ContactMethod
-    lookout: Lookout
-    report: SurfaceReport
-    notes: tuple[str, ...]
-
-    def serves(self, settings: PipelineSettings) -> bool:
-        """Return whether it holds under other settings as well: those of its own stages alone matter."""
-        own = self.settings
-        return own == replace(
-            settings,
-            calibration=own.calibration,
-            living=own.living,
-            tracking=own.tracking,
-            objects=own.objects,
-            eye=own.eye,
-        )
-
-    def follow(self, now: SurfaceRows) -> None:
-        """Take some rows of the surface to read differently from now on."""
-        self.coarse.follow(now)
-        if isinstance(self.method, FollowsSurface):
-            self.method.follow(now)
-
-    def lines(self) -> list[str]:
-        """Return what a user should know about the surface and the area."""
-        return [*self.report.lines(), *self.notes]
 
 
 class Pipeline:
@@ -304,8 +220,10 @@ class Pipeline:
         for rows in living.step(frame, coarse):
             ready.follow(rows)
         if was_learning and not living.learning_again:
-            notes = ready.notes if _MOVED_NOTE in ready.notes or not living.moves else (*ready.notes, _MOVED_NOTE)
-            self._ready = replace(ready, surface=living.as_learned_again(), notes=notes)
+            if living.moves:
+                self._ready = ready.after_move(living.as_learned_again(ready.followed(living.turned())))
+            else:
+                self._ready = replace(ready, surface=living.as_learned_again(None))
         elif living.lost:
             frames = min(_FRAMES_WHEN_LOST, self._settings.calibration.frames)
             self._wait_for_surface(replace(self._settings.calibration, frames=frames))
@@ -324,58 +242,3 @@ class Pipeline:
         elif calibration.gave_up:
             return TouchFrame(frame.index, frame.t_ns, State.NO_SURFACE, why=f"still calibrating: {calibration.why}")
         return TouchFrame(frame.index, frame.t_ns, State.CALIBRATING, why=calibration.why)
-
-
-def prepare(surface: Surface, settings: PipelineSettings, known: Ready | None = None) -> Ready:
-    """Return everything that is derived from a surface under settings; takes a fraction of a second.
-
-    ``known``: what was made before; what is costly and holds for the same surface is taken from it.
-    """
-    surface_map = known.surface_map if known is not None and known.surface is surface else map_surface(surface)
-    shell = shell_over(surface, settings.shell)
-    corners, notes = _corners(surface, surface_map, settings)
-    measured = measured_size_mm(corners, surface_map)
-    area = map_area(corners, surface.sensor.intrinsics, corners.size_mm or measured)
-    if corners.size_mm is not None:
-        notes += _size_notes(corners.size_mm, measured)
-    inside = inside_of(corners, surface.valid.shape)
-    place = Place(surface, surface_map, shell, area, with_margin(inside, area, surface_map), settings.blobs)
-    return Ready(
-        settings=settings,
-        surface=surface,
-        surface_map=surface_map,
-        shell=shell,
-        area=area,
-        place=place,
-        coarse=CoarseHeights(surface, surface_map),
-        method=method_maker(settings.method)(place),
-        lookout=Lookout(surface, surface_map, area),
-        report=report(surface, surface_map, shell, inside),
-        notes=notes,
-    )
-
-
-def _corners(
-    surface: Surface, surface_map: SurfaceMap, settings: PipelineSettings
-) -> tuple[AreaCorners, tuple[str, ...]]:
-    if settings.area is not None:
-        return settings.area, ()
-    if settings.missing_area is MissingArea.WHOLE_PICTURE:
-        return whole_picture(surface.sensor), ()
-    guessed = flat_area(surface, surface_map)
-    if guessed is not None:
-        return guessed, ("area guessed: run touchd align",)
-    return whole_picture(surface.sensor), (
-        "no flat region around the picture's centre, so the whole picture is the area: run touchd align",
-    )
-
-
-def _size_notes(given: tuple[float, float], measured: tuple[float, float]) -> tuple[str, ...]:
-    off = max(abs(m / g - 1.0) for m, g in zip(measured, given, strict=True))
-    if off <= _SIZE_TOLERANCE:
-        return ()
-    return (
-        f"area.size_mm says {given[0]:.0f} x {given[1]:.0f} mm but the camera measures {measured[0]:.0f} x "
-        f"{measured[1]:.0f} mm, {off:.0%} off: measure the area again, else the camera constants (camera.fx, fy) are "
-        "wrong",
-    )

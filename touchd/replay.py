@@ -15,7 +15,8 @@ from touchd.formats.recording import Recording, open_recording
 from touchd.model import State, TouchFrame
 from touchd.outputs.events import EventWriter
 from touchd.outputs.output import Output
-from touchd.pipeline import MissingArea, Pipeline
+from touchd.pipeline import Pipeline
+from touchd.ready import MissingArea
 from touchd.state import load_surface
 
 Say = Callable[[str], None]

@@ -23,7 +23,8 @@ from touchd.geometry import whole_picture
 from touchd.keeper import Keeper
 from touchd.memory import give_back
 from touchd.model import TouchFrame
-from touchd.pipeline import MissingArea, Pipeline, PipelineSettings, Ready, prepare
+from touchd.pipeline import Pipeline
+from touchd.ready import MissingArea, PipelineSettings, Ready, prepare
 from touchd.sources.source import Source
 from touchd.state import instance_of
 from touchd.watcher import Complaints, Seen, Watcher

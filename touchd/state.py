@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from touchd.errors import AlreadyRunning, StateError, StateNotKept
-from touchd.model import Sensor, Surface, frozen_array
+from touchd.model import AreaCorners, FollowedArea, Sensor, Surface, frozen_array
 
 SURFACE_FILE = "surface.touchd"
 FSEQ_FILE = "tuio-fseq"
@@ -91,6 +91,8 @@ def save_surface(path: Path, surface: Surface) -> None:
         "frames": surface.frames,
         "made_from": surface.made_from,
     }
+    if surface.followed is not None:
+        header["followed"] = asdict(surface.followed)
     write_whole(path, json.dumps(header).encode() + b"\n" + payload)
 
 
@@ -129,7 +131,24 @@ def load_surface(path: Path, sensor: Sensor, made_from: str | None = None) -> Su
         moved=frozen_array(arrays["moved"]),
         frames=int(header["frames"]),
         made_from=str(header["made_from"]),
+        followed=_followed(path, header.get("followed")),
     )
+
+
+def _followed(path: Path, stored: Any) -> FollowedArea | None:
+    if stored is None:
+        return None
+    try:
+        area = None if stored["area"] is None else _corners(stored["area"])
+        return FollowedArea(area, _corners(stored["corners"]))
+    except (TypeError, KeyError, ValueError):
+        raise StateError(f"{path}: the surface file's 'followed' is missing a part or misshapen; recalibrate") from None
+
+
+def _corners(stored: Any) -> AreaCorners:
+    a, b, c, d = ((float(u), float(v)) for u, v in stored["corners_px"])
+    size_mm = stored["size_mm"]
+    return AreaCorners((a, b, c, d), None if size_mm is None else (float(size_mm[0]), float(size_mm[1])))
 
 
 def camera_of_surface(path: Path) -> str | None:

@@ -12,7 +12,8 @@ from touchd.errors import SourceError
 from touchd.geometry import kinect_v1_sensor
 from touchd.model import Frame, Sensor, State, TouchFrame
 from touchd.outputs.output import OutputStatus
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 
 PATIENCE_S = 30.0
 SENSOR = replace(kinect_v1_sensor(), size=(64, 48))

@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from touchd.errors import SourceError, UsageError
 from touchd.model import Frame, State, TouchFrame
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.sources.frame_ring import SLOTS, FrameRing, RingWriter
 from touchd.sources.synthetic import SyntheticSource
 from touchd.sources.synthetic_child import IGNORED, Pace

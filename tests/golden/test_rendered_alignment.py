@@ -3,7 +3,8 @@
 import numpy as np
 from touchd.align.session import AlignSession
 from touchd.model import Intrinsics
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.hands import HandPose, pointing_hand
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px

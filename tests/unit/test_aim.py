@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from touchd.contacts.aim import EyeOffsets, aimed, heading
 from touchd.contacts.method import Sighting
 from touchd.model import AreaCorners, Contact, Cursor
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.hands import HandPose, pointing_hand
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px

@@ -8,7 +8,8 @@ import pytest
 from touchd.lab.accuracy.trials import learn
 from touchd.lab.scenes import LabScene, lab_scene
 from touchd.model import TouchFrame
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 
 _FRAMES = 110
 _NEAR_MM = 25.0

@@ -8,7 +8,8 @@ from touchd.contacts.fingertip import FingertipMethod
 from touchd.contacts.method import Sighting
 from touchd.errors import ConfigError
 from touchd.model import AreaCorners, Frame
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.hands import HandPose, open_hand, pointing_hand
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px

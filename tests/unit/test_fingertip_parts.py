@@ -179,3 +179,11 @@ def test_of_two_fingers_side_by_side_each_owns_what_is_nearer_to_it() -> None:
     assert owned_samples([one, other], np.stack([flat, flat])).tolist() == [[1.0, 1.0, 0.0], [1.0, 1.0, 1.0]]
     far = memory.begin(a_guess(300.0, 100.0))
     assert owned_samples([one, far], np.stack([flat, flat])).min() == 1.0
+
+
+def test_one_finger_that_was_begun_twice_is_fitted_with_all_of_its_samples() -> None:
+    memory = Memory()
+    tip, behind = memory.begin(a_guess(100.0, 100.0)), memory.begin(a_guess(110.0, 101.0))
+    tip.angle, behind.angle = 0.0, 0.1
+    flat = np.array([[-5.0, 4.0, 12.0], [0.0, 2.0, -2.0], [1.0, 1.0, 1.0]], np.float32)
+    assert owned_samples([tip, behind], np.stack([flat, flat])).min() == 1.0

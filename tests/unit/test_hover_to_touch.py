@@ -8,7 +8,8 @@ from touchd.outputs.fingertips import Fingertips
 from touchd.outputs.profiles import CURSOR_25D
 from touchd.outputs.screen import Screen
 from touchd.outputs.tuio import TuioEncoder
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.hands import HandPose, pointing_hand
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px

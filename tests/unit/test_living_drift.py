@@ -10,7 +10,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from touchd.contacts.method import Expected, Sighting
 from touchd.model import Frame, Image16, State, SurfaceRows
-from touchd.pipeline import prepare
+from touchd.ready import prepare
 from touchd.surface.coarse import CoarseHeights
 from touchd.surface.living import LivingSurface
 from touchd.surface.settings import LivingSettings

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from touchd.formats.recording import open_recording
 from touchd.model import State, TouchFrame
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 
 ROUNDS = 6

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from touchd.geometry import KINECT_INVALID, kinect_v1_sensor
 from touchd.model import Frame, State
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 
 SENSOR = replace(kinect_v1_sensor(), size=(64, 48))

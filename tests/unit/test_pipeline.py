@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from touchd.geometry import KINECT_INVALID, kinect_v1_sensor
 from touchd.model import AreaCorners, Frame, State
-from touchd.pipeline import MissingArea, Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import MissingArea, PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.crowd import contact_scene
 from touchd.table.hands import HandPose, pointing_hand

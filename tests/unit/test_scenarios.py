@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from touchd.errors import UsageError
 from touchd.model import AreaCorners
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.actors import Actor, Circle, Pinch
 from touchd.table.hands import HandPose, pinching_hand

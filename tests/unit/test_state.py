@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from touchd.errors import AlreadyRunning, ExitCode, StateError, StateNotKept
 from touchd.geometry import ZeroPlane, kinect_v1_sensor
-from touchd.model import Intrinsics, Surface
+from touchd.model import AreaCorners, FollowedArea, Intrinsics, Surface
 from touchd.state import FseqStore, Lock, load_surface, save_surface, state_folder
 
 SENSOR = replace(kinect_v1_sensor(), size=(8, 6))
@@ -35,6 +35,32 @@ def test_a_surface_comes_back_as_it_was_stored(surface: Surface, tmp_path: Path)
         assert getattr(loaded, name).dtype == getattr(surface, name).dtype
         assert not getattr(loaded, name).flags.writeable
     assert (loaded.frames, loaded.made_from) == (300, "a camera")
+
+
+CORNERS = AreaCorners(((1.0, 1.0), (6.5, 1.0), (6.5, 4.0), (1.0, 4.0)), (300.0, 200.0))
+
+
+@pytest.mark.parametrize("area", [None, CORNERS, replace(CORNERS, size_mm=None)])
+def test_where_an_area_was_seen_after_a_knock_comes_back_with_the_surface(
+    surface: Surface, tmp_path: Path, area: AreaCorners | None
+) -> None:
+    followed = FollowedArea(area, CORNERS)
+    save_surface(tmp_path / "s", replace(surface, followed=followed))
+    assert load_surface(tmp_path / "s", SENSOR).followed == followed
+
+
+@pytest.mark.parametrize(
+    "wrong", [7, {}, {"area": None, "corners": None}, {"area": None, "corners": {"corners_px": [[1, 2]]}}]
+)
+def test_a_followed_area_that_is_misshapen_is_told(surface: Surface, tmp_path: Path, wrong: object) -> None:
+    path = tmp_path / "s"
+    save_surface(path, surface)
+    head, _, payload = path.read_bytes().partition(b"\n")
+    path.write_bytes(json.dumps(json.loads(head) | {"followed": wrong}).encode() + b"\n" + payload)
+    with pytest.raises(StateError) as caught:
+        load_surface(path, SENSOR)
+    expected = f"{path}: the surface file's 'followed' is missing a part or misshapen; recalibrate"
+    assert str(caught.value) == expected
 
 
 def test_storing_leaves_no_other_file_behind(surface: Surface, tmp_path: Path) -> None:

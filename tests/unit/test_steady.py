@@ -107,3 +107,12 @@ def test_where_the_picture_no_longer_shows_all_around_it_a_finger_begins_anew(bo
     heights: Floats = np.zeros(shape, np.float32)
     (seen,) = steady.settle([ONE], Picture(heights, np.full(shape, 255, np.uint8), box))
     assert seen.pictures == 1
+
+
+def test_two_sightings_that_turn_out_to_be_the_same_finger_are_one_the_one_known_for_longer() -> None:
+    steady = Steady(STEP_MM)
+    for number in range(2):
+        steady.settle([ONE], a_picture(number))
+    beside = replace(ONE, u=ONE.u + 6.0, odds=4.0)
+    (seen,) = steady.settle([beside, ONE], a_picture(2))
+    assert (seen.u, seen.pictures) == (140.0, 3)

@@ -1,7 +1,7 @@
 """Finding fingertips: places along outlines, a model of a fingertip fitted to each, and a judge of what touches."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import atan2, ceil, cos, log, pi, sin
 
 import cv2
@@ -22,6 +22,7 @@ from touchd.contacts.steady import Seen, Steady
 from touchd.contacts.things import Things
 from touchd.contacts.tips import Tip
 from touchd.contacts.traits import traits
+from touchd.geometry import AreaMap
 from touchd.model import Contact, Floats, Image16, SurfaceRows
 
 # Outlines are drawn at two heights, each grown by so many raw steps.
@@ -93,6 +94,11 @@ class FingertipMethod:
         """Take some rows of the surface to read differently from now on."""
         self._heights.follow(now)
         self._things.follow(now.rows)
+
+    def relocate(self, area: AreaMap) -> None:
+        """Take the area to lie so from now on."""
+        self._place = replace(self._place, area=area)
+        self._starts.relocate(area)
 
     def look(self, raw: Image16, expected: Sequence[Expected]) -> Found | None:
         """Return all fingertips near the surface, touching or not; None where nothing stands above it."""

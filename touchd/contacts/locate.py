@@ -17,6 +17,10 @@ class Locator:
         self._area = area_map
         self._settings = settings
 
+    def relocate(self, area_map: AreaMap) -> None:
+        """Take the area to lie so from now on."""
+        self._area = area_map
+
     def contacts(self, blobs: list[Blob]) -> list[Contact]:
         """Return the contacts of the blobs whose size on the surface is a finger's, in the order of the blobs."""
         located = (self._locate(blob) for blob in blobs)

@@ -50,6 +50,15 @@ class FollowsSurface(Protocol):
         ...
 
 
+@runtime_checkable
+class FollowsArea(Protocol):
+    """What a method has that can go on with the area elsewhere in the picture, after the camera was knocked."""
+
+    def relocate(self, area: AreaMap) -> None:
+        """Take the area to lie so from the next picture on; its size is as it was."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
 class Place:
     """All that is known of a surface before the first touch: what a method makes its tables from."""

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from touchd.contacts.locate import Locator
 from touchd.contacts.method import Expected, Place, Sighting
 from touchd.contacts.shell import ShellFinder
+from touchd.geometry import AreaMap
 from touchd.model import Image16, SurfaceRows
 
 
@@ -22,3 +23,7 @@ class ShellMethod:
     def follow(self, now: SurfaceRows) -> None:
         """Take some rows of the surface to read differently from now on."""
         self._finder.follow(now)
+
+    def relocate(self, area: AreaMap) -> None:
+        """Take the area to lie so from now on."""
+        self._locator.relocate(area)

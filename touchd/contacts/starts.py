@@ -10,7 +10,7 @@ from touchd.contacts.heights import Box, Heights, as_floats
 from touchd.contacts.method import Expected, Place
 from touchd.contacts.neighbours import distinct, paired
 from touchd.contacts.tips import Guess
-from touchd.geometry import distort_pixel
+from touchd.geometry import AreaMap, distort_pixel
 from touchd.model import Floats
 
 _HIGHEST_MM = 60.0  # what stands higher cannot be a fingertip near the surface
@@ -29,10 +29,15 @@ class Starts:
     def __init__(self, heights: Heights, place: Place, ahead_px: Sequence[float], pixel_mm: float) -> None:
         """``ahead_px`` (levels,): where along a finger the outline at each level lies, from the ball's centre."""
         self._heights = heights
-        self._place = place
+        self._intrinsics = place.surface.sensor.intrinsics
         self._ahead_px = np.array(ahead_px, np.float32)
         self._pixel_mm = pixel_mm
-        self._to_ideal: list[list[float]] = np.linalg.inv(np.array(place.area.to_area)).tolist()
+        self.relocate(place.area)
+
+    def relocate(self, area: AreaMap) -> None:
+        """Take the area to lie so from now on."""
+        self._size_mm = area.size_mm
+        self._to_ideal: list[list[float]] = np.linalg.inv(np.array(area.to_area)).tolist()
 
     def guesses(
         self, ends: Ends, expected: Sequence[Expected], smooth: Floats, box: Box, apart_px: float
@@ -73,10 +78,9 @@ class Starts:
 
     def _wanted_px(self, x_mm: float, y_mm: float, box: Box) -> list[float]:
         """Return where in the box the ball's centre of an expected touch should be seen."""
-        place = self._place
-        x, y = x_mm / place.area.size_mm[0], y_mm / place.area.size_mm[1]
+        x, y = x_mm / self._size_mm[0], y_mm / self._size_mm[1]
         u, v, scale = (a * x + b * y + c for a, b, c in self._to_ideal)
-        u, v = distort_pixel(place.surface.sensor.intrinsics, u / scale, v / scale)
+        u, v = distort_pixel(self._intrinsics, u / scale, v / scale)
         lay = self._heights.lay(u, v)
         return [u + lay.u_by_z * _RADIUS_MM - box.left, v + lay.v_by_z * _RADIUS_MM - box.top]
 

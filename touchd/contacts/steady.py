@@ -13,6 +13,7 @@ import cv2
 
 from touchd.contacts.fit import Picture
 from touchd.contacts.heights import Box, Bytes, Lay
+from touchd.contacts.neighbours import paired
 from touchd.model import Floats
 
 _AROUND_MM = 9.0  # so far around a fingertip the picture is watched
@@ -100,15 +101,11 @@ class Steady:
         A finger that is not among those ``seen``, but looks in the picture as it did, is still where it was; unless
         one of those is so near that it must be the same.
         """
-        lasting = [still for still in self._still if self._looks_the_same(still, picture)]
-        now = []
-        for one in seen:
-            same = _nearest(one, lasting)
-            if same is None:
-                now.append(_begun(one, picture))
-            else:
-                lasting.remove(same)
-                now.append(same.with_another(one))
+        before = [still for still in self._still if self._looks_the_same(still, picture)]
+        limit_px = _SAME_MM / seen[0].lay.pixel_mm if seen else 0.0
+        same = paired(_places(seen), _places([still.seen for still in before]), limit_px)
+        now = [before[same[i]].with_another(one) if i in same else _begun(one, picture) for i, one in enumerate(seen)]
+        lasting = [still for i, still in enumerate(before) if i not in same.values()]
         now = _apart(now)
         shown = [still.seen for still in now]
         now += [still.unseen() for still in lasting if still.seen.pictures > 1 and not _is_among(still.seen, shown)]
@@ -162,11 +159,5 @@ def _known_for(still: _Still) -> tuple[int, float]:
     return still.seen.pictures, still.seen.odds
 
 
-def _nearest(one: Seen, lasting: Sequence[_Still]) -> _Still | None:
-    """Return what was the same finger."""
-    nearest, least = None, _SAME_MM / one.lay.pixel_mm
-    for still in lasting:
-        distance = hypot(one.u - still.seen.u, one.v - still.seen.v)
-        if distance < least:
-            nearest, least = still, distance
-    return nearest
+def _places(seen: Sequence[Seen]) -> list[tuple[float, float]]:
+    return [(one.u, one.v) for one in seen]

@@ -19,7 +19,8 @@ from touchd.demo.watching import Relief, WatchedSource
 from touchd.errors import UsageError
 from touchd.model import TouchFrame
 from touchd.outputs.udp import parse_destination
-from touchd.pipeline import MissingArea, Pipeline
+from touchd.pipeline import Pipeline
+from touchd.ready import MissingArea
 from touchd.run import next_signal
 from touchd.sources.synthetic import SyntheticSource
 from touchd.table.scenario_names import DEFAULT_SCENARIO

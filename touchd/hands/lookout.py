@@ -45,9 +45,7 @@ class Lookout:
         self._sensor = surface.sensor
         facing = -np.sum(surface_map.rays[_SAMPLED] * surface_map.normals[_SAMPLED], axis=2)
         self._facing = np.maximum(facing, np.float32(_LEAST_FACING))
-        self._area = area
-        self.area_mm = area.size_mm
-        self._to_ideal: list[list[float]] = np.linalg.inv(np.array(area.to_area)).tolist()
+        self.relocate(area)
         valid = surface.valid[_SAMPLED]
         depth = surface_map.depth[_SAMPLED][valid]
         depth_mm = float(np.median(depth)) if depth.size else 1000.0
@@ -58,6 +56,12 @@ class Lookout:
         self.known: Mask = valid
         self.table = _table(valid, surface_map)
         self.window = _around(self.table)
+
+    def relocate(self, area: AreaMap) -> None:
+        """Take the area to lie so from now on."""
+        self._area = area
+        self.area_mm = area.size_mm
+        self._to_ideal: list[list[float]] = np.linalg.inv(np.array(area.to_area)).tolist()
 
     def px(self, mm: float) -> float:
         """Return a length on the surface in coarse px."""

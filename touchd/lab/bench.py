@@ -15,7 +15,8 @@ from touchd.model import AreaCorners, Frame
 from touchd.outputs.tuio import TuioEncoder
 from touchd.outputs.tuio_udp import TuioUdpOutput
 from touchd.outputs.udp import UdpSender
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
 from touchd.table.crowd import contact_scene
 from touchd.table.scene import Area, TableCamera, area_corners_px

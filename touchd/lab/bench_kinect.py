@@ -15,7 +15,8 @@ from touchd.errors import DeviceNotFound
 from touchd.lab.bench import DATAGRAM_MS, DATAGRAM_P99_MS, loopback_output, verdict
 from touchd.model import Frame
 from touchd.outputs.tuio_udp import TuioUdpOutput
-from touchd.pipeline import Pipeline, PipelineSettings
+from touchd.pipeline import Pipeline
+from touchd.ready import PipelineSettings
 from touchd.sources.kinect.camera import CameraSettings
 from touchd.sources.kinect.source import KinectSource, Surroundings
 from touchd.sources.kinect.stream import IsoStream, LibusbStream, TakeTransfer

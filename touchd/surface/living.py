@@ -7,8 +7,8 @@ from itertools import count
 import cv2
 import numpy as np
 
-from touchd.geometry import Doubles, SurfaceMap, mm_per_raw
-from touchd.model import CoarsePicture, Floats, Frame, Image16, Mask, Surface, SurfaceRows, frozen_array
+from touchd.geometry import Doubles, Plane, SurfaceMap, depth_mm, fit_plane, mm_per_raw
+from touchd.model import CoarsePicture, Floats, FollowedArea, Frame, Image16, Mask, Surface, SurfaceRows, frozen_array
 from touchd.surface.drift import TERMS, Fields, rounded
 from touchd.surface.joining import Change
 from touchd.surface.layers import Layers
@@ -85,6 +85,8 @@ class LivingSurface:
         self._looks = self._hurried = False
         self._moves = 0
         self._learn_until_ns: int | None = None  # after a move
+        self._rays = surface_map.rays[MIDDLES].astype(np.float64)
+        self._before_move: Floats | None = None  # what the blocks' middles read then
 
     @property
     def surface(self) -> Surface:
@@ -135,6 +137,22 @@ class LivingSurface:
         drift_mm = float(np.sqrt(np.nanmean(off_mm**2))) if off_mm.size else 0.0
         return Vitals(drift_mm, self._moves)
 
+    def turned(self) -> tuple[Plane, Plane] | None:
+        """Return the planes of the surface before and after it was moved; None if it was not, or is not flat.
+
+        From the move on until :meth:`as_learned_again`.
+        """
+        if self._before_move is None:
+            return None
+        before, after = (self._plane(read) for read in (self._before_move, self._level_at_middles()))
+        return None if before is None or after is None else (before, after)
+
+    def _plane(self, read: Floats) -> Plane | None:
+        known = self._blocks.region & ~self._lying[MIDDLES]
+        depth = depth_mm(self._surface.sensor, read[known])
+        points = self._rays[known] * depth[:, None]
+        return fit_plane(points[np.isfinite(depth)])
+
     def join(self, mask: Mask) -> None:
         """Take in what is seen within a mask (H, W) from now on, averaged over the next pictures in which it is still.
 
@@ -175,15 +193,19 @@ class LivingSurface:
         everywhere = slice(0, len(self._level))
         return self._tell(everywhere, self._reading(everywhere))
 
-    def as_learned_again(self) -> Surface:
-        """Return the surface as it is by now, without the things on it, and take it for what was learned."""
+    def as_learned_again(self, followed: FollowedArea | None) -> Surface:
+        """Return the surface as it is by now, without the things on it, and take it for what was learned.
+
+        ``followed``: where the area is since it was moved; None leaves it where it was.
+        """
         reference = self._reading(slice(0, len(self._level))) - self._layers.by
         shift = np.rint(reference - self._learned)
-        self._learned = reference
+        self._learned, self._before_move = reference, None
         self._surface = replace(
             self._surface,
             reference=frozen_array(reference),
             dmax=frozen_array(np.clip(self._surface.dmax + shift, 0, 65535).astype(np.uint16)),
+            followed=followed or self._surface.followed,
         )
         return self._surface
 
@@ -218,8 +240,10 @@ class LivingSurface:
         )
 
     def _moved(self, jump: Doubles, t_ns: int) -> SurfaceRows:
-        self._field = self._field + jump
         size = self._fields.size(jump, self._blocks.region)
+        if size > _NO_MOVE and self._before_move is None:
+            self._before_move = self._level_at_middles()
+        self._field = self._field + jump
         if size > _NO_MOVE:
             self._visits[:] = _KNOWN_BEFORE
             self._learn_until_ns = t_ns + _LEARN_AGAIN_NS

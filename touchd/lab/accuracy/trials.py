@@ -13,7 +13,8 @@ from touchd.lab.baselines import BASELINES
 from touchd.lab.scenes import LabScene, TruthFrame, lab_scene, visible_shares
 from touchd.lab.scoring import Score, SeenFrame, Truth, score, seen_frame, truth_of
 from touchd.model import Frame, Surface
-from touchd.pipeline import MissingArea, Pipeline
+from touchd.pipeline import Pipeline
+from touchd.ready import MissingArea
 from touchd.surface.calibrate import Calibration
 from touchd.surface.settings import CalibrationSettings
 

@@ -30,10 +30,14 @@ _ORDINARY = (
     "crowd", "two-people", "flat-palm", "writing", "hover", "hover-open", "descent", "legs", "ray", "own-hand",
     "objects", "head",
 )  # fmt: skip
+_STEREO = ("targets-stereo", "taps-stereo", "drag-stereo", "hover-stereo")
 _HARD = (
     "crowd", "five", "pinch", "ten", "flat-palm", "two-fingers", "hover-open", "targets-tilted", "writing", "own-hand",
 )  # fmt: skip
-_WORLDS = range(1, 129)
+_RARE = (
+    "targets-book", "book", "phone", "cup", "laptop", "forearm", "hover-height", "drag-lens", "dark-sleeve",
+)  # fmt: skip
+_WORLDS = range(1, 193)
 _ROUNDS = 20
 
 
@@ -49,11 +53,15 @@ class Lesson:
 
 def lessons() -> Iterator[Lesson]:
     """Yield what the judge learns from; no table in docs/accuracy.md is of these seeds."""
-    for scene, height_mm, seed in product(_ORDINARY, (750.0, 1500.0), (401, 403)):
+    for scene, height_mm, seed in product(_ORDINARY + _STEREO, (750.0, 1500.0), (401, 403)):
         yield Lesson(scene, height_mm, seed)
     for scene, height_mm in product(_ORDINARY, (600.0, 1000.0, 1250.0, 1900.0)):
         yield Lesson(scene, height_mm, 405)
     for scene, height_mm, seed in product(_HARD, (750.0, 1500.0), range(410, 418)):
+        yield Lesson(scene, height_mm, seed, every=2)
+    for scene, height_mm, seed in product(_RARE, (750.0, 1500.0), range(410, 413)):
+        yield Lesson(scene, height_mm, seed, every=2)
+    for scene, height_mm, seed in product(_STEREO, (750.0, 1500.0), range(410, 414)):
         yield Lesson(scene, height_mm, seed, every=2)
     for seed in _WORLDS:
         yield Lesson(None, 0.0, seed)

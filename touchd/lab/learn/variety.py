@@ -14,11 +14,13 @@ from touchd.config.schema import Config
 from touchd.lab.scoring import Truth
 from touchd.lab.scoring.truth import Tip
 from touchd.model import AreaCorners, Frame
-from touchd.pipeline import MissingArea, Pipeline
+from touchd.pipeline import Pipeline
+from touchd.ready import MissingArea
 from touchd.table.correlator import Window
 from touchd.table.hands import HandPose, open_hand, pinching_hand, pointing_hand
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px
 from touchd.table.sensor_kinect import KinectModel
+from touchd.table.sensor_stereo import StereoModel
 from touchd.table.table import Table
 
 _EMPTY_FRAMES = 60
@@ -28,6 +30,7 @@ _SHAPES = (pointing_hand, pointing_hand, pointing_hand, pinching_hand, open_hand
 _VISIT = (1.0, 0.7, 0.35, 0.12, 0.0, 0.0, 0.0, 0.0, 0.12, 0.4, 0.8)
 _HELD = 4  # of five visits one hovers, and never touches
 _LOWEST_HOVER = 0.3
+_STEREO_SHARE = 0.2  # of the cameras; the others are like a Kinect
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +49,7 @@ def world(seed: int, visits: int = 24) -> World:
     camera = TableCamera(height_mm, float(rng.uniform(-25.0, 25.0)), float(rng.uniform(-20.0, 20.0)))
     width_mm = 0.72 * height_mm
     area = Area((0.0, 0.0), (width_mm, 0.7 * width_mm))
-    table = Table(camera, seed, _some_kinect(rng))
+    table = Table(camera, seed, _some_stereo(rng) if rng.random() < _STEREO_SHARE else _some_kinect(rng))
     (a, b), (c, d), (e, f), (g, h) = area_corners_px(camera, area).tolist()
     corners = AreaCorners(((a, b), (c, d), (e, f), (g, h)), area.size_mm)
     settings = replace(pipeline_settings(Config(), _EMPTY_FRAMES, MissingArea.WHOLE_PICTURE), area=corners)
@@ -79,6 +82,21 @@ def _some_kinect(rng: np.random.Generator) -> KinectModel:
     )
 
 
+def _some_stereo(rng: np.random.Generator) -> StereoModel:
+    usual = StereoModel()
+    scale = float(rng.uniform(0.6, 1.3))
+    return replace(
+        usual,
+        window=Window(
+            size_px=int(rng.choice([5, 7, 7, 9])),
+            bump_raw=float(rng.uniform(3.5, 7.0)),
+            near_weight=float(rng.uniform(1.2, 1.8)),
+        ),
+        noise_mm=usual.noise_mm * scale,
+        ripple_mm=usual.ripple_mm * float(rng.uniform(0.5, 1.3)),
+    )
+
+
 def _visits(rng: np.random.Generator, area: Area, height_mm: float, count: int) -> Iterator[tuple[Hand, int]]:
     """Yield the hand of each frame with the number of its visit, from 1 on."""
     for number in range(1, count + 1):
@@ -88,7 +106,7 @@ def _visits(rng: np.random.Generator, area: Area, height_mm: float, count: int) 
             area.at(*rng.uniform(0.15, 0.85, 2).tolist()),
             heading_deg=float(rng.uniform(0.0, 360.0)),
             pitch_deg=float(rng.uniform(18.0, 62.0)),
-            scale=float(rng.uniform(0.78, 1.22)),
+            scale=float(rng.uniform(0.75, 1.3)),
             left=bool(rng.random() < 0.5),
             spread_mm=float(rng.uniform(22.0, 90.0)),
         )

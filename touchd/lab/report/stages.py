@@ -15,7 +15,8 @@ from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of
 from touchd.lab.scenes import LabScene, TruthFrame, lab_scene
 from touchd.model import Cursor, Floats, Image16, Shell
-from touchd.pipeline import Pipeline, Ready
+from touchd.pipeline import Pipeline
+from touchd.ready import Ready
 
 Picture: TypeAlias = NDArray[np.uint8]
 Panel: TypeAlias = tuple[str, Picture]

@@ -7,6 +7,8 @@ from math import hypot
 from touchd.lab.scoring.matching import ScoredFrame
 from touchd.lab.scoring.touches import Life, TrueTouch, match_of
 
+_EARLY_FRAMES = 3
+
 
 @dataclass(frozen=True, slots=True)
 class UpsetScore:
@@ -69,5 +71,6 @@ def _outlived_ms(frames: Sequence[ScoredFrame], cursors: Mapping[int, Life], spa
 
 
 def _stands_for_touch(frames: Sequence[ScoredFrame], cursor: int, life: Life) -> bool:
-    match = match_of(frames[life.born], cursor)
-    return match is not None and match.place.tip.touching
+    """Return whether a finger touches where a cursor begins, or does so soon: a cursor may be a little early."""
+    first = frames[life.born : min(life.ended, life.born + _EARLY_FRAMES) + 1]
+    return any(match is not None and match.place.tip.touching for match in (match_of(at, cursor) for at in first))
