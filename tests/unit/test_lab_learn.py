@@ -6,7 +6,7 @@ from touchd.contacts.judge import Judge
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
 from touchd.lab.learn.network import train
-from touchd.lab.learn.samples import Samples, joined, samples
+from touchd.lab.learn.samples import Samples, _LastJudge, joined, samples
 from touchd.lab.learn.variety import world
 from touchd.lab.scenes import LabScene, lab_scene
 
@@ -79,3 +79,14 @@ def test_plain_hands_under_any_camera_come_with_their_truth_and_the_same_ones_ag
     touching = first.touching > 0
     assert touching.any()
     assert np.median(np.hypot(*first.place_mm[touching].T)) < 3.0
+
+
+@pytest.mark.parametrize("added", [-2, 0, 3])
+def test_while_teaching_the_judge_from_before_goes_by_the_traits_that_it_knows(added: int) -> None:
+    seen = made_up(5).traits
+    layers = train(made_up(200), rounds=1)
+    other = np.ones((5, max(added, 0)), np.float32)
+    shown = np.concatenate([seen, other], axis=1)[:, : seen.shape[1] + added]
+    known = np.zeros_like(seen)
+    known[:, : shown.shape[1]] = shown[:, : seen.shape[1]]
+    assert _LastJudge(layers).opinions(shown) == Judge(layers).opinions(known)

@@ -59,8 +59,11 @@ class Judge:
 
 def learned_judge() -> Judge:
     """Return the judge that comes with touchd."""
+    return Judge(learned_layers())
+
+
+def learned_layers() -> list[Layer]:
+    """Return the layers of the judge that comes with touchd."""
     with files("touchd.contacts").joinpath("judge.npz").open("rb") as stored, np.load(stored) as arrays:
         count = len(arrays.files) // 2
-        return Judge(
-            [(arrays[f"weights{i}"].astype(np.float32), arrays[f"bias{i}"].astype(np.float32)) for i in range(count)]
-        )
+        return [(arrays[f"weights{i}"].astype(np.float32), arrays[f"bias{i}"].astype(np.float32)) for i in range(count)]

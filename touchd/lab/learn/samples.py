@@ -8,7 +8,8 @@ from math import pi
 import numpy as np
 
 from touchd.contacts.fingertip import FingertipMethod, Found
-from touchd.contacts.method import Expected
+from touchd.contacts.judge import Judge, Opinion, learned_layers
+from touchd.contacts.method import Expected, Place
 from touchd.contacts.neighbours import paired
 from touchd.contacts.tips import Tip
 from touchd.lab.scoring import Truth
@@ -46,10 +47,25 @@ class _Row:
     place_mm: tuple[float, float]
 
 
+class _LastJudge(Judge):
+    """The judge from before, by those traits that it was taught; they are added at the end."""
+
+    def opinions(self, traits: Floats) -> list[Opinion]:
+        """Return what is said of N fingertips by their traits (N, T)."""
+        known = len(self._layers[0][0])
+        fitting = np.zeros((len(traits), known), np.float32)
+        fitting[:, : traits.shape[1]] = traits[:, :known]
+        return super().opinions(fitting)
+
+
 class _Watched(FingertipMethod):
     """The method, which also keeps what it found in the last picture."""
 
     found: Found | None = None
+
+    def __init__(self, place: Place) -> None:
+        super().__init__(place)
+        self._judge: Judge = _LastJudge(learned_layers())
 
     def look(self, raw: Image16, expected: Sequence[Expected]) -> Found | None:
         """Return all fingertips near the surface, and keep them."""
