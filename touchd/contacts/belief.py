@@ -11,8 +11,8 @@ from math import exp, log
 from touchd.contacts.neighbours import Places, paired
 
 _COMES_DOWN, _LIFTS = 0.15, 0.15  # the chance of it from one picture to the next
-_UNSEEN = -1.2  # log odds of a fingertip that was not seen before
-_TRUST = 1.0  # in a picture: neighbouring ones err in the same way, and so tell less than each alone
+_UNSEEN = -1.8  # log odds of a fingertip that was not seen before
+_TRUST = 0.9  # in a picture: neighbouring ones err in the same way, and so tell less than each alone
 _MOST = 6.0  # log odds that one picture can tell
 _FARTHEST_MM = 35.0  # that a finger moves between two pictures
 _FORGOTTEN_AFTER = 2  # pictures that do not show it

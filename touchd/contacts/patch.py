@@ -8,7 +8,7 @@ they change with each of the six unknowns, so that fitting one only has to look 
 
 from dataclasses import dataclass
 from itertools import product
-from math import atan, ceil, cos, sin
+from math import atan, ceil
 
 import cv2
 import numpy as np
@@ -24,7 +24,7 @@ UNKNOWNS = 6  # along, across (mm), turn (rad), pitch (rad), clearance (mm), rad
 _LEAN_STEP, _STEEPEST_LEAN = 0.25, 0.75
 # Pitches as the camera sees them, beside its own way of looking.
 _SEEN_PITCHES_RAD = (-0.6, -0.4, -0.2, 0.0, 0.17, 0.34, 0.5, 0.66, 0.8, 0.93, 1.05, 1.15, 1.24, 1.32, 1.39)
-_PITCH_MARGIN_RAD, _STEEPEST_RAD, _PITCH_STEP_RAD = 0.1, 1.5, 0.1
+_PITCH_MARGIN_RAD, _STEEPEST_RAD = 0.1, 1.5
 _TAPER = 0.03  # a finger's radius grows by this much for each mm of the way back
 _STEEPEST_COS = 0.05
 _SUBPIXELS = 3
@@ -98,12 +98,7 @@ def make_bank(sensor: Sensor, scales_mm: Floats, steps_mm: Floats, steepest_lean
     count = ceil(min(steepest_lean, _STEEPEST_LEAN) / _LEAN_STEP - 0.5)
     leans = tuple(_LEAN_STEP * k for k in range(-count, count + 1))
     pitches = tuple(_pitches(lean) for lean in leans)
-    parts = [
-        _templates(grid, lean, pitch)
-        for grid in grids
-        for lean, some in zip(leans, pitches, strict=True)
-        for pitch in some
-    ]
+    parts = [_templates(grid, lean, some) for grid in grids for lean, some in zip(leans, pitches, strict=True)]
     shapes = [
         (pitch, clearance, radius)
         for some in pitches
@@ -128,12 +123,10 @@ def _pitches(lean: float) -> tuple[float, ...]:
     return tuple(seen + turn for seen in _SEEN_PITCHES_RAD if -_PITCH_MARGIN_RAD < seen + turn < _STEEPEST_RAD)
 
 
-def _templates(grid: _Grid, lean: float, pitch: float) -> Floats:
-    """Return the templates (R * C, 8, S) for one pitch, in the order of radius and clearance."""
+def _templates(grid: _Grid, lean: float, pitches: tuple[float, ...]) -> Floats:
+    """Return the templates (P * R * C, 8, S) for one lean, in the order of pitch, radius and clearance."""
     along, across, delta = grid.along, grid.across, _OUTLINE_PX * grid.pixel_mm
-    flatter, steeper = pitch - _PITCH_STEP_RAD, pitch + _PITCH_STEP_RAD
-    below, above = (_seen_around(grid, lean, turned, _ASIDE[:1]) for turned in (flatter, steeper))
-    seen = _seen_around(grid, lean, pitch, _ASIDE * delta)
+    seen = np.stack([_seen_around(grid, lean, pitch, _ASIDE * delta) for pitch in pitches])
     heights = seen[..., 0, :]
     by_along = (seen[..., 1, :] - seen[..., 2, :]) / (2.0 * delta)
     by_across = (seen[..., 3, :] - seen[..., 4, :]) / (2.0 * delta)
@@ -142,14 +135,16 @@ def _templates(grid: _Grid, lean: float, pitch: float) -> Floats:
         -by_along,
         -by_across,
         by_along * across - by_across * along,
-        (above[..., 0, :] - below[..., 0, :]) / (2.0 * _PITCH_STEP_RAD),
-        np.gradient(heights, np.array(CLEARANCES_MM), axis=1),
-        np.gradient(heights, np.array(RADII_MM), axis=0),
+        np.gradient(heights, np.array(pitches), axis=0),
+        np.gradient(heights, np.array(CLEARANCES_MM), axis=2),
+        np.gradient(heights, np.array(RADII_MM), axis=1),
     )
-    way = np.maximum(along, 0.0) / max(cos(pitch) + lean * sin(pitch), _STEEPEST_COS)
+    steepness = np.maximum(np.cos(pitches) + lean * np.sin(pitches), _STEEPEST_COS)
+    way = np.maximum(along, 0.0) / steepness[:, None]
     bend = max(_BEND_MM / grid.step_mm, _LEAST_BEND) * np.maximum(way - _STRAIGHT_MM, 0.0)
-    aside = seen[..., 1:, :] - heights[..., None, :]
-    noise = np.sqrt((_STEPS * grid.step_mm) ** 2 + _MODEL_MM**2 + bend**2 + np.mean(aside * aside, axis=-2))
+    aside = np.mean((seen[..., 1:, :] - heights[..., None, :]) ** 2, axis=-2)
+    known = (_STEPS * grid.step_mm) ** 2 + _MODEL_MM**2 + bend**2
+    noise = np.sqrt(known[:, None, None] + aside)
     rows = np.stack([heights, np.ones_like(heights), *slopes], axis=-2) / noise[..., None, :]
     return np.ascontiguousarray(rows.reshape(-1, UNKNOWNS + 2, along.size), np.float32)
 

@@ -16,7 +16,7 @@ _WIDEST_GATE = 3.0  # times gate_mm, after frames were missing
 # A touch slower than this stays where it is while its contact is missing: the last pixels of a lifted finger wander.
 _COASTS_ABOVE_MM_S = 200.0
 # Of gate_mm: how near to a touch's expected place a lifted finger must be seen to be its own.
-_LIFTED_SHARE = 0.3
+_LIFTED_SHARE = 0.2
 _NOTHING = Air()
 
 
