@@ -11,7 +11,7 @@ from math import exp, log
 from touchd.contacts.neighbours import Places, paired
 
 _COMES_DOWN, _LIFTS = 0.15, 0.15  # the chance of it from one picture to the next
-_UNSEEN = -1.8  # log odds of a fingertip that was not seen before
+_UNSEEN = -1.1  # log odds of a fingertip that was not seen before
 _TRUST = 0.9  # in a picture: neighbouring ones err in the same way, and so tell less than each alone
 _MOST = 6.0  # log odds that one picture can tell
 _FARTHEST_MM = 35.0  # that a finger moves between two pictures
