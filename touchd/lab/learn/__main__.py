@@ -1,6 +1,6 @@
 """``python -m touchd.lab.learn``: renders scenes, watches the fingertip method in them, and writes the judge anew.
 
-Two hours on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off goes on.
+An hour on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off goes on.
 """
 
 import argparse
