@@ -1,6 +1,7 @@
 """One thing that lies on the surface, and what a picture says of it."""
 
 from dataclasses import dataclass
+from math import sqrt
 
 import cv2
 import numpy as np
@@ -14,6 +15,7 @@ _CORNER_MM = 5.0  # by so much at most the outline's polygon leaves the outline
 _RING = np.ones((7, 7), np.uint8)
 _SAMPLES, _SCATTER = 160, 7919  # a prime
 _TYPICAL = 0.75
+_PLAINLY = 2.5  # standard errors by which another place must look better than its own
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +40,9 @@ class Shape:
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """A thing that has lain still since ``still_ns``, which a hand over it or beside it does not change.
+    """A thing that has lain still since ``still_ns``, near where its centre was then: ``anchor``.
+
+    A hand over it or beside it does not change that.
 
     ``outline``: in area coordinates. ``odd_ns``: since when it does not look as it did, None if it does. ``asked_ns``:
     when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface.
@@ -50,6 +54,7 @@ class Thing:
     outline: tuple[Place, ...]
     height_mm: float
     still_ns: int
+    anchor: Place
     odd_ns: int | None = None
     asked_ns: int | None = None
     taken: bool = False
@@ -120,7 +125,7 @@ def look_at(thing: Thing, picture: CoarsePicture, standing: Standing | None) -> 
 
 
 def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
-    """Return by how many columns and rows a shape has moved, at most so many, as its heights show."""
+    """Return by how many columns and rows a shape has moved, at most so many, as its heights show plainly."""
     rows, columns = picture.heights_mm.shape
     at, expected = shape.footprint[shape.some], shape.heights_mm[shape.some]
     v, u = np.divmod(at, columns)
@@ -130,9 +135,12 @@ def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
     inside = (there_v >= 0) & (there_v < rows) & (there_u >= 0) & (there_u < columns)
     seen = picture.heights_mm.take(np.where(inside, there_v * columns + there_u, 0))
     off = np.minimum(np.abs(seen - expected), np.maximum(expected, np.float32(10.0)))
-    wrong = np.where(inside, off, expected).mean(axis=1) + np.float32(0.02) * np.hypot(down, right)
-    best = int(wrong.argmin())
-    return int(right[best]), int(down[best])
+    wrong = np.where(inside, off, expected)
+    best, stays = int((wrong.mean(axis=1) + np.float32(0.02) * np.hypot(down, right)).argmin()), len(wrong) // 2
+    # Noise makes one of many places look a little better than its own.
+    better = wrong[stays] - wrong[best]
+    plain = float(better.mean()) > _PLAINLY * float(better.std()) / sqrt(len(better))
+    return (int(right[best]), int(down[best])) if plain else (0, 0)
 
 
 def is_part(shape: Shape, surface: Mask) -> bool:

@@ -21,6 +21,7 @@ _UNCOVERED = 0.9  # of a thing: what hides more stands over it
 _BARELY_LEFT, _PARTLY_LEFT, _WHOLLY_LEFT = 0.03, 0.15, 0.7  # of it
 _ODD_NS = 150_000_000  # it looks odd for so long before it is believed
 _PUSH_MM = 35.0  # at most in a frame
+_STAYS_MM, _STAYS_PX = 8.0, 2.5  # a thing that was pushed no farther, all in all, still lies where it did
 _AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
 _ASKED_NS = 5_000_000_000  # the surface takes it in within this time, or is asked again
 _THERE_SHARE = 0.5  # of the level: what is higher is the thing, once it is known that there is one
@@ -109,8 +110,9 @@ class ThingTracker:
         if look.touched and look.left > _BARELY_LEFT:
             pushed = self._pushed(thing, picture)
             if pushed is not None:
-                outline = outline_of(pushed, self._lookout)
-                return replace(thing, shape=pushed, outline=outline, still_ns=t_ns, asked_ns=None, odd_ns=None)
+                now = replace(thing, shape=pushed, outline=outline_of(pushed, self._lookout), odd_ns=None)
+                stays = dist(pushed.centre, thing.anchor) < max(_STAYS_PX, self._lookout.px(_STAYS_MM))
+                return now if stays else replace(now, still_ns=t_ns, anchor=pushed.centre, asked_ns=None)
         if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
             return replace(thing, odd_ns=None)
         if thing.odd_ns is None or t_ns - thing.odd_ns < _ODD_NS:
@@ -139,7 +141,8 @@ class ThingTracker:
         if not (left > 0.0).any():
             return None
         less = shape_of(left > 0.0, np.asarray(left, np.float32))
-        return replace(thing, shape=less, outline=outline_of(less, self._lookout), still_ns=t_ns, odd_ns=None)
+        outline = outline_of(less, self._lookout)
+        return replace(thing, shape=less, outline=outline, still_ns=t_ns, anchor=less.centre, odd_ns=None)
 
     def _settle(self, part: Part, standing: Standing, t_ns: int) -> None:
         """Take an island for a thing: a new one, more of one that it touches, or one that was lost a moment ago."""
@@ -164,7 +167,8 @@ class ThingTracker:
         object_id = object_id or self._again(shape)
         if object_id is None:
             object_id, self.next_id = self.next_id, self.next_id + 1
-        found = Thing(object_id, shape, outline_of(shape, self._lookout), shape.height_mm, t_ns)
+        outline = outline_of(shape, self._lookout)
+        found = Thing(object_id, shape, outline, shape.height_mm, t_ns, shape.centre)
         self.things = tuple(sorted([*rest, found], key=lambda thing: thing.object_id))
 
     def _again(self, shape: Shape) -> int | None:
