@@ -5,9 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from touchd.contacts.fingertip import FingertipMethod
+from touchd.contacts.judge import Judge, Opinion
 from touchd.contacts.method import Sighting
+from touchd.contacts.tips import Guess, Tip
 from touchd.errors import ConfigError
-from touchd.model import AreaCorners, Frame
+from touchd.model import AreaCorners, Floats, Frame
 from touchd.pipeline import Pipeline
 from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
@@ -175,3 +177,36 @@ def test_a_touching_fingertip_does_not_hover(pipeline: Pipeline, table: Table) -
         frame = pipeline.step(table.render([hand], (EMPTY_FRAMES + index) * FRAME_NS, EMPTY_FRAMES + index))
         assert (len(frame.cursors), len(frame.hovers)) == ((1, 0) if height_mm <= 0.0 else (0, 1)) or height_mm == 8.0
     pipeline.stall((EMPTY_FRAMES + 9) * FRAME_NS)
+
+
+class NobodyFound(Judge):
+    """Takes nothing for a fingertip."""
+
+    def opinions(self, traits: Floats) -> list[Opinion]:
+        """Say so of each."""
+        return [Opinion(-9.0, -9.0, 0.0, 0.0, 0.0)] * len(traits)
+
+
+def begun_at(method: FingertipMethod, table: Table, index: int) -> list[tuple[float, float]]:
+    """Return how far (px) from their guesses the fits of a picture begin."""
+    tips: list[Tip] = []
+    begin = method._memory.begin
+
+    def noted(guess: Guess) -> Tip:
+        tips.append(begin(guess))
+        return begin(guess)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(method._memory, "begin", noted)
+        seen_of(method, table, [pointing_hand(HandPose((30.0, 20.0), pitch_deg=50.0))], index)
+    return [(tip.u - tip.guess.u, tip.v - tip.guess.v) for tip in tips]
+
+
+def test_what_is_taken_for_no_fingertip_is_looked_for_anew_in_the_next_picture(
+    method: FingertipMethod, table: Table
+) -> None:
+    begun_at(method, table, 100)
+    assert any(off != (0.0, 0.0) for off in begun_at(method, table, 101))
+    method._judge = NobodyFound([])
+    begun_at(method, table, 102)
+    assert set(begun_at(method, table, 103)) == {(0.0, 0.0)}
