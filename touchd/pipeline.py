@@ -221,7 +221,7 @@ class Pipeline:
             ready.follow(rows)
         if was_learning and not living.learning_again:
             if living.moves:
-                self._ready = ready.after_move(living.as_learned_again(ready.followed(living.turned())))
+                self._ready = ready.after_move(living.as_learned_again(ready.area_after_knock(living.turned())))
             else:
                 self._ready = replace(ready, surface=living.as_learned_again(None))
         elif living.lost:

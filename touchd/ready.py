@@ -73,14 +73,11 @@ class Ready:
     @property
     def notes(self) -> tuple[str, ...]:
         """What a user should know of the area."""
-        followed = self._followed()
+        followed = _followed_by(self.surface, self.settings)
         told = (*self.surface_notes, self.move_note, None if followed is None else _followed_note(followed))
         return tuple(note for note in told if note is not None)
 
-    def _followed(self) -> FollowedArea | None:
-        return _followed_by(self.surface, self.settings)
-
-    def followed(self, planes: tuple[Plane, Plane] | None) -> FollowedArea | None:
+    def area_after_knock(self, planes: tuple[Plane, Plane] | None) -> FollowedArea | None:
         """Return where the area's corners are seen once its plane has become another; None where that cannot be told.
 
         ``planes``: before and after.
