@@ -3,6 +3,7 @@
 import json
 import socket
 import threading
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,6 +44,42 @@ def test_silent_clients_are_bounded_in_number_and_the_next_one_is_told(folder: P
         for client in silent:
             client.close()
         wait_until(lambda: answers(server.path))
+
+
+class _HeldBack(Mapping[str, object]):
+    """Arguments that a client, once connected, cannot send before it has an answer to read."""
+
+    def __init__(self, turned_away: threading.Event) -> None:
+        self._turned_away = turned_away
+
+    def __getitem__(self, key: str) -> object:
+        return {"points": 4}[key]
+
+    def __iter__(self) -> Iterator[str]:
+        assert self._turned_away.wait(PATIENCE_S)
+        return iter(["points"])
+
+    def __len__(self) -> int:
+        return 1
+
+
+def test_a_client_that_is_turned_away_before_it_asks_is_told_why(folder: Path) -> None:
+    turned_away = threading.Event()
+
+    def turn_away(listener: socket.socket) -> None:
+        with listener.accept()[0] as client:
+            client.sendall(b'{"error": "too many", "exit_code": 75, "done": true}\n')
+        turned_away.set()
+
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(folder / "s"))
+        listener.listen()
+        server = threading.Thread(target=turn_away, args=(listener,))
+        server.start()
+        with pytest.raises(Refused) as caught:
+            next(request(folder / "s", "align", _HeldBack(turned_away)))
+        server.join()
+    assert (str(caught.value), caught.value.exit_code) == ("too many", 75)
 
 
 def test_a_client_that_does_not_listen_ends_its_own_command_alone(folder: Path, controls: FakeControls) -> None:

@@ -28,12 +28,13 @@ def request(
         connection.settimeout(patience_s)
         try:
             _connect(connection, path)
-            connection.sendall(json.dumps({"command": command, **(arguments or {})}).encode("ascii") + b"\n")
+            with suppress(BrokenPipeError):  # turned away before it asked: why can still be read
+                connection.sendall(json.dumps({"command": command, **(arguments or {})}).encode("ascii") + b"\n")
             with connection.makefile("rb") as answers:
                 yield from _replies(path, answers)
         except TimeoutError:
             raise NotRunning(f"touchd at {path} has not answered for {patience_s:g} s; restart it") from None
-        except (BrokenPipeError, ConnectionResetError):
+        except ConnectionResetError:
             raise NotRunning(f"touchd at {path} went away before it had answered; is it being restarted?") from None
 
 
