@@ -184,7 +184,7 @@ class NobodyFound(Judge):
 
     def opinions(self, traits: Floats) -> list[Opinion]:
         """Say so of each."""
-        return [Opinion(-9.0, -9.0, 0.0, 0.0, 0.0)] * len(traits)
+        return [Opinion(-9.0, -9.0, 0.0, 0.0, 0.0, np.zeros(64, np.float32))] * len(traits)
 
 
 def begun_at(method: FingertipMethod, table: Table, index: int) -> list[tuple[float, float]]:

@@ -8,7 +8,14 @@ from touchd.contacts.judge import Judge, Opinion, learned_judge
 def test_it_answers_in_log_odds_and_mm() -> None:
     judge = Judge([(np.zeros((3, 5), np.float32), np.array([1.5, -2.0, 0.5, 0.5, -1.0], np.float32))])
     (said,) = judge.opinions(np.ones((1, 3), np.float32))
-    assert said == Opinion(odds=1.5, finger_odds=-2.0, clearance_mm=5.0, along_mm=1.0, across_mm=-2.0)
+    assert said == Opinion(1.5, -2.0, clearance_mm=5.0, along_mm=1.0, across_mm=-2.0, impression=said.impression)
+
+
+def test_it_shows_what_it_answers_from() -> None:
+    first = np.array([[2.0, -3.0]], np.float32), np.zeros(2, np.float32)
+    second = np.ones((2, 5), np.float32), np.zeros(5, np.float32)
+    (said,) = Judge([first, second]).opinions(np.array([[1.0]], np.float32))
+    assert said.impression == pytest.approx([2.0, -0.3])
 
 
 def test_hidden_values_below_zero_count_a_tenth() -> None:

@@ -5,14 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from touchd.contacts.fit import Picture
-from touchd.contacts.heights import Box, Lay
-from touchd.contacts.steady import Seen, Steady
+from touchd.contacts.heights import Box
+from touchd.contacts.steady import Steady
 from touchd.model import Floats
 
-STEP_MM = 1.6
-LAY = Lay(0.77, 0.0, 0.0, 0.77, 0.0, 0.0, 0.0, 0.0, 1.3, STEP_MM)
+from unit.fingertips import STEP_MM, seen_at
+
 BOX = Box(100, 200, 180, 260)
-ONE = Seen(140.0, 230.0, 141.0, 231.0, 3.1, 6.5, clearance_mm=4.0, odds=1.0, finger_odds=3.0, shown=True, lay=LAY)
+ONE = seen_at(140.0, 230.0)
 
 
 def a_picture(seed: int = 0, raised_mm: float = 0.0, noise_mm: float = 0.2) -> Picture:

@@ -1,49 +1,60 @@
-"""Touching or not, over time: the odds of each fingertip, carried from picture to picture.
-
-A hidden Markov model of two states. Between two pictures a finger comes down or lifts with a small chance; each
-picture then tells by what factor its odds of touching change. So a plain sight decides at once, doubtful ones add up,
-and a single odd one ends nothing.
-"""
+"""Touching or not, over time and in company: what is made of the judge's opinions, from picture to picture."""
 
 from collections.abc import Sequence
-from math import exp, log
+from dataclasses import dataclass, replace
 
-from touchd.contacts.neighbours import Places, paired
+import numpy as np
 
-_COMES_DOWN, _LIFTS = 0.15, 0.15  # the chance of it from one picture to the next
-_UNSEEN = -1.1  # log odds of a fingertip that was not seen before
-_TRUST = 0.9  # in a picture: neighbouring ones err in the same way, and so tell less than each alone
-_MOST = 6.0  # log odds that one picture can tell
+from touchd.contacts.company import Standing, company
+from touchd.contacts.neighbours import paired
+from touchd.contacts.recurrent import Said, Weights, step
+from touchd.model import Floats
+
 _FARTHEST_MM = 35.0  # that a finger moves between two pictures
 _FORGOTTEN_AFTER = 2  # pictures that do not show it
 
 
+@dataclass(frozen=True, slots=True)
+class Known:
+    """A fingertip of a picture before, and the state that it was left in."""
+
+    standing: Standing
+    state: Floats
+
+
 class Beliefs:
-    """Remembers how likely each fingertip of the last pictures was to touch; ``pixel_mm`` is a pixel's usual size."""
+    """Remembers the fingertips of the last pictures; ``pixel_mm`` is a pixel's usual size."""
 
-    def __init__(self, pixel_mm: float) -> None:
+    def __init__(self, pixel_mm: float, weights: Weights) -> None:
         self._reach_px = _FARTHEST_MM / pixel_mm
-        self._before: list[tuple[Sequence[float], float, int]] = []
+        self._weights = weights
+        self._before: list[Known] = []
 
-    def update(self, places: Places, odds: Sequence[float]) -> list[float]:
-        """Return the log odds (N,) that fingertips seen at N places (u, v) touch, by this picture and all before."""
-        pairs = paired(places, [place for place, _, _ in self._before], self._reach_px)
-        now = []
-        for i, told in enumerate(odds):
-            before = _after_a_frame(self._before[pairs[i]][1]) if i in pairs else _UNSEEN
-            now.append(before + _TRUST * min(max(told, -_MOST), _MOST))
-        known = set(pairs.values())
+    def update(self, now: Sequence[Standing]) -> list[Said]:
+        """Return what to think of fingertips by this picture and all before."""
+        pairs = paired(_places(now), _places([known.standing for known in self._before]), self._reach_px)
+        last = [self._before[pairs[i]] if i in pairs else None for i in range(len(now))]
+        said, states = self.think(now, last)
+        again = set(pairs.values())
         lost = [
-            (place, _after_a_frame(belief), unseen + 1)
-            for j, (place, belief, unseen) in enumerate(self._before)
-            if j not in known and unseen < _FORGOTTEN_AFTER
+            replace(known, standing=replace(known.standing, unseen=known.standing.unseen + 1))
+            for j, known in enumerate(self._before)
+            if j not in again and known.standing.unseen < _FORGOTTEN_AFTER
         ]
-        self._before = [(place, belief, 0) for place, belief in zip(places, now, strict=True)] + lost
-        return now
+        self._before = [Known(one, state) for one, state in zip(now, states, strict=True)] + lost
+        return said
+
+    def think(self, now: Sequence[Standing], last: Sequence[Known | None]) -> tuple[list[Said], Floats]:
+        """Return what is said of N fingertips, given those that they were before, and their states (N, S)."""
+        states = np.zeros((len(now), self._weights.state_size), np.float32)
+        if not now:
+            return [], states
+        for i, known in enumerate(last):
+            if known is not None:
+                states[i] = known.state
+        inputs, hearing = company(now, [None if known is None else known.standing for known in last])
+        return step(self._weights, inputs, states, hearing)
 
 
-def _after_a_frame(log_odds: float) -> float:
-    """Return the log odds of touching a picture later, before looking."""
-    touching = 1.0 / (1.0 + exp(-log_odds))
-    then = touching * (1.0 - _LIFTS) + (1.0 - touching) * _COMES_DOWN
-    return log(then / (1.0 - then))
+def _places(standing: Sequence[Standing]) -> list[tuple[float, float]]:
+    return [(one.seen.u, one.seen.v) for one in standing]

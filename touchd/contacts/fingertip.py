@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import atan2, ceil, cos, log, pi, sin
+from math import atan2, ceil, hypot, log, pi
 
 import cv2
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from touchd.contacts.aim import heading
 from touchd.contacts.belief import Beliefs
 from touchd.contacts.candidates import Walk, find_ends
+from touchd.contacts.company import Standing
 from touchd.contacts.fit import Fitter, Picture, Quality
 from touchd.contacts.heights import Heights, as_floats
 from touchd.contacts.judge import Opinion, learned_judge
@@ -17,6 +18,7 @@ from touchd.contacts.memory import Memory
 from touchd.contacts.method import Expected, Place, Sighting
 from touchd.contacts.neighbours import close, distinct, owned_samples
 from touchd.contacts.patch import PatchBank, make_bank
+from touchd.contacts.recurrent import Said, learned_weights
 from touchd.contacts.starts import Starts
 from touchd.contacts.steady import Seen, Steady
 from touchd.contacts.things import Things
@@ -65,7 +67,8 @@ class FingertipMethod:
         self._same_tip_px = _SAME_TIP_MM / pixel_mm
         self._memory = Memory()
         self._judge = learned_judge()
-        self._beliefs = Beliefs(pixel_mm)
+        self._pixel_mm = pixel_mm
+        self._beliefs = Beliefs(pixel_mm, learned_weights())
         self._steady = Steady(step_mm)
         self._things = Things(self._heights, levels_mm, step_mm)
         self._fitter = Fitter(_bank_for(sizes_mm, self._heights.steepest_lean(), place))
@@ -78,16 +81,16 @@ class FingertipMethod:
         found = self.look(raw, expected)
         if found is None:
             self._steady = Steady(self._step_mm)
-            self._beliefs.update([], [])
+            self._beliefs.update([])
             return Sighting([])
         opinions = self._judge.opinions(found.traits) if found.tips else []
         # What went astray is begun anew in the next picture, lest it wander on.
         self._memory.keep([tip for tip, said in zip(found.tips, opinions, strict=True) if said.finger_odds > _FINGER])
         seen = [one for one in self._steady.settle(_sightings(found, opinions), found.picture) if self._is_sure(one)]
-        beliefs = self._beliefs.update([(one.u, one.v) for one in seen], [one.odds for one in seen])
+        standing = [self._standing(one) for one in seen]
         sighting = Sighting([])
-        for one, belief in zip(seen, beliefs, strict=True):
-            self._tell(one, belief, sighting)
+        for one, said in zip(standing, self._beliefs.update(standing), strict=True):
+            self._tell(one, said, sighting)
         return sighting
 
     def follow(self, now: SurfaceRows) -> None:
@@ -143,32 +146,35 @@ class FingertipMethod:
             places, [tip.guess.shown * _SHOWN_RANK - misfit[i] for i, tip in enumerate(tips)], self._same_tip_px
         )
 
-    def _tell(self, seen: Seen, belief: float, sighting: Sighting) -> None:
-        """Add one fingertip to what is said of the picture; ``belief``: the log odds that it touches."""
-        if belief < _LASTS:
-            if seen.shown and seen.finger_odds > 0.0:
-                sighting.hovers.append(self._contact(seen, (seen.u_under, seen.v_under), firm=False))
-        else:
-            sighting.contacts.append(self._contact(seen, (seen.u, seen.v), firm=belief > _BEGINS and seen.shown))
-        if belief < _OVER:
-            sighting.lifted_mm.append(self._place_mm(seen.u, seen.v))
-
-    def _contact(self, seen: Seen, place_px: tuple[float, float], firm: bool) -> Contact:
-        x, y = self.area_of(*place_px)
-        width_mm, height_mm = self._place.area.size_mm
+    def _standing(self, seen: Seen) -> Standing:
+        rest_mm, under_mm = self._place_mm(seen.u, seen.v), self._place_mm(seen.u_under, seen.v_under)
         back_u, back_v = seen.lay.along(seen.angle)
-        back_x, back_y = self.area_of(place_px[0] + back_u, place_px[1] + back_v)
-        back = atan2((back_y - y) * height_mm, (back_x - x) * width_mm)
+        back_x_mm, back_y_mm = self._place_mm(seen.u + back_u, seen.v + back_v)
+        way = hypot(rest_mm[0] - back_x_mm, rest_mm[1] - back_y_mm)
+        return Standing(seen, rest_mm, under_mm, ((rest_mm[0] - back_x_mm) / way, (rest_mm[1] - back_y_mm) / way))
+
+    def _tell(self, one: Standing, said: Said, sighting: Sighting) -> None:
+        """Add one fingertip to what is said of the picture."""
+        if said.odds < _LASTS:
+            if one.seen.shown and said.finger_odds > 0.0:
+                sighting.hovers.append(self._contact(one, one.under_mm, said, firm=False))
+        else:
+            sighting.contacts.append(self._contact(one, one.rest_mm, said, firm=said.odds > _BEGINS and one.seen.shown))
+        if said.odds < _OVER:
+            sighting.lifted_mm.append(one.rest_mm)
+
+    def _contact(self, one: Standing, place_mm: tuple[float, float], said: Said, firm: bool) -> Contact:
+        width_mm, height_mm = self._place.area.size_mm
         return Contact(
-            x=x,
-            y=y,
-            x_mm=x * width_mm,
-            y_mm=y * height_mm,
-            height_mm=max(0.0, seen.clearance_mm),
-            area_mm2=pi * seen.radius_mm**2,
-            angle=_half_turn(back),
+            x=place_mm[0] / width_mm,
+            y=place_mm[1] / height_mm,
+            x_mm=place_mm[0],
+            y_mm=place_mm[1],
+            height_mm=max(0.0, said.clearance_mm),
+            area_mm2=pi * one.seen.radius_mm**2,
+            angle=_half_turn(atan2(one.towards[1], one.towards[0])),
             firm=firm,
-            towards=(-cos(back), -sin(back)),
+            towards=one.towards,
         )
 
     def _place_mm(self, u: float, v: float) -> tuple[float, float]:
@@ -217,6 +223,7 @@ def _sighting(tip: Tip, resting: Tip, opinion: Opinion) -> Seen:
         opinion.finger_odds,
         tip.guess.shown,
         lay,
+        opinion,
     )
 
 

@@ -6,7 +6,7 @@ fingers, heels and things look like that a finger's model fits as well.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.resources import files
 
 import numpy as np
@@ -24,7 +24,7 @@ class Opinion:
 
     ``odds``: the logarithm of its odds of touching, by this picture alone; ``finger_odds``: of being a fingertip at
     all, touching or not. ``clearance_mm``: the gap below it. ``along_mm``, ``across_mm``: how far from where it was
-    fitted it touches, seen from the finger.
+    fitted it touches, seen from the finger. ``impression`` (I,): what all this was said from.
     """
 
     odds: float
@@ -32,6 +32,7 @@ class Opinion:
     clearance_mm: float
     along_mm: float
     across_mm: float
+    impression: Floats = field(compare=False)
 
 
 Layer = tuple[Floats, Floats]  # weights (inputs, outputs), and what is added (outputs,)
@@ -52,8 +53,8 @@ class Judge:
         weights, bias = self._layers[-1]
         said: list[list[float]] = (values @ weights + bias).tolist()
         return [
-            Opinion(odds, finger, CLEARANCE_MM * clearance, PLACE_MM * along, PLACE_MM * across)
-            for odds, finger, clearance, along, across in said
+            Opinion(odds, finger, CLEARANCE_MM * clearance, PLACE_MM * along, PLACE_MM * across, impression)
+            for (odds, finger, clearance, along, across), impression in zip(said, values, strict=True)
         ]
 
 

@@ -10,9 +10,11 @@ from dataclasses import dataclass, replace
 from math import hypot, pi, tau
 
 import cv2
+import numpy as np
 
 from touchd.contacts.fit import Picture
 from touchd.contacts.heights import Box, Bytes, Lay
+from touchd.contacts.judge import Opinion
 from touchd.contacts.neighbours import paired
 from touchd.model import Floats
 
@@ -33,7 +35,7 @@ class Seen:
     ``u``, ``v``: where the surface under the centre of its ball is seen, if it rests; ``u_under``, ``v_under``: the
     same if it is as high as it seems. ``angle``: of the way back along the finger, in the frame of ``lay``. ``odds``:
     the logarithm of its odds of touching, by pictures alone; ``finger_odds``: of being a fingertip. ``shown``: whether
-    this picture showed it. It is the average over so many ``pictures``.
+    this picture showed it. It is the average over so many ``pictures``, while ``opinion`` is of this one alone.
     """
 
     u: float
@@ -47,6 +49,7 @@ class Seen:
     finger_odds: float
     shown: bool
     lay: Lay
+    opinion: Opinion
     pictures: int = 1
 
     def towards(self, new: "Seen", share: float) -> "Seen":
@@ -64,6 +67,7 @@ class Seen:
             kept * self.finger_odds + share * new.finger_odds,
             new.shown,
             new.lay,
+            new.opinion,
             min(self.pictures + 1, _LONGEST),
         )
 
@@ -84,7 +88,9 @@ class _Still:
 
     def unseen(self) -> "_Still":
         """Return it as it is after a picture that did not show it."""
-        return replace(self, seen=replace(self.seen, shown=False))
+        seen, impression = self.seen, np.zeros_like(self.seen.opinion.impression)
+        opinion = Opinion(seen.odds, seen.finger_odds, seen.clearance_mm, 0.0, 0.0, impression)
+        return replace(self, seen=replace(seen, shown=False, opinion=opinion))
 
 
 class Steady:

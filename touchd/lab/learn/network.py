@@ -6,21 +6,17 @@ from itertools import pairwise
 import numpy as np
 
 from touchd.contacts.judge import CLEARANCE_MM, LEAK, PLACE_MM, Layer
+from touchd.lab.learn.adam import Adam
+from touchd.lab.learn.goals import verdicts
 from touchd.lab.learn.samples import Samples
 from touchd.model import Floats
 
 _HIDDEN = (160, 64)
 _BATCH = 256
 _RATE, _DECAY = 2e-3, 4e-2
-_BETAS = (0.9, 0.999)
 # What is done to the traits in each sight of a sample, so that no single one is relied on: the share that is left out,
 # and the standard deviation of what is added to all.
 _MISSING, _NOISE = 0.05, np.float32(0.12)
-# Lower than this, grown by raw steps, a finger as good as touches, for nobody means to hover there. About as high as
-# that either answer is right.
-_LOW_MM, _LOW_STEPS = 2.6, 0.8
-_LOWER, _HIGHER = 0.6, 1.5
-_HIGHEST_MM = 40.0
 _FARTHEST_MM = 15.0  # a fit that is farther off is of something else
 _FINGER, _CLEARANCE, _PLACE = 0.5, 0.5, 0.7  # what an answer counts beside that of touching or not
 
@@ -41,7 +37,7 @@ def train(samples: Samples, rounds: int, seed: int = 0) -> list[Layer]:
     sizes = (lesson.traits.shape[1], *_HIDDEN, lesson.answers.shape[1])
     weights = [_drawn(rng, a, b) for a, b in pairwise(sizes)]
     biases = [np.zeros(size, np.float32) for size in sizes[1:]]
-    adam = _Adam([*weights, *biases])
+    adam = Adam([*weights, *biases], _DECAY)
     for round_ in range(rounds):
         rate = 0.5 * _RATE * (1.0 + float(np.cos(np.pi * round_ / rounds)))
         order = rng.permutation(len(lesson.traits))
@@ -57,10 +53,7 @@ def train(samples: Samples, rounds: int, seed: int = 0) -> list[Layer]:
 
 def _lesson(samples: Samples) -> _Lesson:
     finger, touching, clearance_mm = samples.finger > 0, samples.touching > 0, np.nan_to_num(samples.clearance_mm)
-    low_mm = _LOW_MM + _LOW_STEPS * samples.step_mm
-    low = finger & (touching | (clearance_mm < low_mm))
-    unclear = finger & ~touching & (clearance_mm > _LOWER * low_mm) & (clearance_mm < _HIGHER * low_mm)
-    near = finger & (clearance_mm < _HIGHEST_MM)
+    low, unclear, near = verdicts(finger, touching, clearance_mm, samples.step_mm)
     placed = touching & (np.hypot(*np.nan_to_num(samples.place_mm).T) < _FARTHEST_MM)
     place = np.where(placed[:, None], np.nan_to_num(samples.place_mm), 0.0) / PLACE_MM
     answers = np.column_stack([low, finger, np.where(near, clearance_mm, 0.0) / CLEARANCE_MM, place])
@@ -94,25 +87,3 @@ def _gradients(
         by_bias.append(slope.sum(axis=0))
         slope = (slope @ weights[i].T) * np.where(values[i] > 0.0, np.float32(1.0), LEAK)
     return [*reversed(by_weight), *reversed(by_bias)]
-
-
-class _Adam:
-    """D. P. Kingma, J. Ba, "Adam: A Method for Stochastic Optimization", ICLR 2015, with decoupled weight decay."""
-
-    def __init__(self, parameters: list[Floats]) -> None:
-        self._parameters = parameters
-        self._first = [np.zeros_like(p) for p in parameters]
-        self._second = [np.zeros_like(p) for p in parameters]
-        self._steps = 0
-
-    def step(self, gradients: list[Floats], rate: float, decayed: int) -> None:
-        """Move all parameters against their gradients; the first ``decayed`` of them also shrink."""
-        self._steps += 1
-        unbiased = [1.0 - beta**self._steps for beta in _BETAS]
-        for i, gradient in enumerate(gradients):
-            self._first[i] += (1.0 - _BETAS[0]) * (gradient - self._first[i])
-            self._second[i] += (1.0 - _BETAS[1]) * (gradient * gradient - self._second[i])
-            way = self._first[i] / unbiased[0] / (np.sqrt(self._second[i] / unbiased[1]) + 1e-8)
-            if i < decayed:
-                way += _DECAY * self._parameters[i]
-            self._parameters[i] -= rate * way

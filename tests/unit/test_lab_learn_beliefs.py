@@ -1,0 +1,105 @@
+"""Teaching beliefs: what they are learned from, that gradients are right, and that something is learned."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from touchd.contacts.recurrent import Weights, step
+from touchd.lab.accuracy.contenders import Contender
+from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
+from touchd.lab.learn.courses import Course, course
+from touchd.lab.learn.lessons import belief_lessons, judge_lessons
+from touchd.lab.learn.unrolled import Chunk, chunked, gradients, loss, train_beliefs
+from touchd.lab.scenes import lab_scene
+from touchd.model import Floats
+
+from unit.test_recurrent import drawn
+
+INPUTS = 5
+_SMALL = np.float32(1e-2)
+
+
+def made_up(frames: int, seed: int = 0) -> Course:
+    """Two fingertips side by side in each frame, that touch if the other one's first input was positive a frame ago."""
+    rng = np.random.default_rng(seed)
+    inputs = rng.normal(0.0, 1.0, (2 * frames, INPUTS)).astype(np.float32)
+    rows = np.arange(2 * frames)
+    other = rows ^ 1
+    touching = np.zeros(2 * frames, np.bool_)
+    touching[2:] = inputs[other[2:] - 2, 0] > 0.0
+    return Course(
+        inputs=inputs,
+        frame=rows // 2 + 100,
+        last=np.where(rows < 2, -1, rows - 2),
+        heard=np.column_stack([rows, other]),
+        touching=touching,
+        finger=np.ones(2 * frames, np.bool_),
+        clearance_mm=np.where(touching, 0.0, 20.0).astype(np.float32),
+        step_mm=np.full(2 * frames, 1.6, np.float32),
+    )
+
+
+def said_by(weights: Weights, chunk: Chunk) -> Floats:
+    """The odds of each row, as touchd would say them frame by frame."""
+    states = np.zeros((len(chunk.inputs) + 1, weights.state_size), np.float32)
+    odds = []
+    for at, hearing in zip(chunk.frames, chunk.hearing, strict=True):
+        said, states[at] = step(weights, chunk.inputs[at], states[chunk.last[at]], hearing)
+        odds += [each.odds for each in said]
+    return np.array(odds, np.float32)
+
+
+def test_chunks_begin_without_a_past_and_keep_to_their_frames() -> None:
+    first, second = chunked(made_up(80))
+    assert (len(first.frames), len(second.frames)) == (60, 20)
+    assert second.last[:4].tolist() == [-1, -1, 0, 1]
+    assert second.hearing[0].tolist() == [[0.0, 1.0], [1.0, 0.0]]
+    assert first.answers[:, 1].all()
+
+
+def test_gradients_are_the_loss_s_slopes() -> None:
+    (chunk,) = chunked(made_up(7))
+    names = [field.name for field in fields(Weights)][2:]
+    weights = drawn(seed=3)
+    for name, gradient in zip(names, gradients(weights, chunk, chunk.inputs), strict=True):
+        place = tuple(0 for _ in gradient.shape)
+        for at in (place, tuple(size - 1 for size in gradient.shape)):
+            moved = [getattr(weights, name).copy() for _ in range(2)]
+            moved[0][at] += _SMALL
+            moved[1][at] -= _SMALL
+            up, down = (loss(replace(weights, **{name: one}), chunk, chunk.inputs) for one in moved)
+            assert gradient[at] == pytest.approx((up - down) / (2 * _SMALL), rel=0.03, abs=0.01), (name, at)
+
+
+def test_what_others_were_before_is_learned() -> None:
+    weights = train_beliefs([made_up(60, seed) for seed in range(60)], rounds=15)
+    (chunk,) = chunked(made_up(60, seed=999))
+    odds = said_by(weights, chunk)
+    assert np.mean((odds > 0.0) == (chunk.answers[:, 0] > 0.0)) > 0.9
+
+
+def test_the_same_courses_teach_the_same_beliefs() -> None:
+    first, second = (train_beliefs([made_up(60)], rounds=1) for _ in range(2))
+    assert all((getattr(first, each.name) == getattr(second, each.name)).all() for each in fields(Weights))
+
+
+def test_a_course_says_what_was_seen_and_what_was_true() -> None:
+    scene = lab_scene("targets", 750.0, 1)
+    pipeline = pipeline_of(Contender("fingertip", "fingertip"), scene, learn(scene))
+    first = scene.calibration_frames
+    seen = course(pipeline, (scene.frame(index) for index in range(first, first + 60)), scene_truth(scene))
+    assert seen is not None
+    assert seen.touching.any()
+    assert (seen.clearance_mm[seen.touching] == 0.0).all()
+    assert (np.diff(seen.frame) >= 0).all()
+    before = seen.last >= 0
+    assert before.any()
+    assert (seen.frame[before] > seen.frame[seen.last[before]]).all()
+    assert (seen.frame[seen.heard[:, 0]] == seen.frame[seen.heard[:, 1]]).all()
+    nothing = (scene.frame(index) for index in range(first, first + 3))
+    assert course(pipeline, nothing, scene_truth(scene)) is None
+
+
+def test_beliefs_learn_from_nothing_that_the_judge_was_taught() -> None:
+    taught = {(lesson.scene, lesson.seed) for lesson in judge_lessons()}
+    assert not taught & {(lesson.scene, lesson.seed) for lesson in belief_lessons()}
