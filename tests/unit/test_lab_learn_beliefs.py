@@ -35,6 +35,7 @@ def made_up(frames: int, seed: int = 0) -> Course:
         touching=touching,
         finger=np.ones(2 * frames, np.bool_),
         clearance_mm=np.where(touching, 0.0, 20.0).astype(np.float32),
+        place_mm=rng.normal(0.0, 2.0, (2 * frames, 2)).astype(np.float32),
         step_mm=np.full(2 * frames, 1.6, np.float32),
     )
 
@@ -91,6 +92,7 @@ def test_a_course_says_what_was_seen_and_what_was_true() -> None:
     assert seen is not None
     assert seen.touching.any()
     assert (seen.clearance_mm[seen.touching] == 0.0).all()
+    assert 0.0 < np.median(np.abs(seen.place_mm[seen.touching])) < 2.0
     assert (np.diff(seen.frame) >= 0).all()
     before = seen.last >= 0
     assert before.any()

@@ -19,7 +19,7 @@ def drawn(seed: int = 0, inputs: int = 5, look: int = 4, word: int = 3, state: i
 
     return Weights(
         *(of(inputs), np.abs(of(inputs)) + 1, of(inputs, look), of(look), of(look + state, word), of(word)),
-        *(of(look + word, 3 * state), of(3 * state), of(state, 3 * state), of(state), of(state + look, 3), of(3)),
+        *(of(look + word, 3 * state), of(3 * state), of(state, 3 * state), of(state), of(state + look, 5), of(5)),
     )
 
 

@@ -34,9 +34,11 @@ _FREE_ROUNDS, _SETTLING_ROUNDS = 1, 2
 _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it surely is over.
-_BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.2
+_BEGINS, _LASTS, _OVER = 1.8, -0.8, -1.8
 _FINGER = 0.0  # log odds of being a fingertip at all, from which on it is remembered as one
-_SEEN_AT_ALL = 0.45  # share of the samples that are the finger's own
+# No two touches are nearer, however far the sensor blurs what it sees; in raw steps, the farther the more.
+_ALONE_MM, _ALONE_STEPS = 10.0, 1.0
+_SEEN_AT_ALL = 0.25  # share of the samples that are the finger's own
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +91,7 @@ class FingertipMethod:
         seen = [one for one in self._steady.settle(_sightings(found, opinions), found.picture) if self._is_sure(one)]
         standing = [self._standing(one) for one in seen]
         sighting = Sighting([])
-        for one, said in zip(standing, self._beliefs.update(standing), strict=True):
+        for one, said in self._apart(standing, self._beliefs.update(standing)):
             self._tell(one, said, sighting)
         return sighting
 
@@ -152,6 +154,12 @@ class FingertipMethod:
         back_x_mm, back_y_mm = self._place_mm(seen.u + back_u, seen.v + back_v)
         way = hypot(rest_mm[0] - back_x_mm, rest_mm[1] - back_y_mm)
         return Standing(seen, rest_mm, under_mm, ((rest_mm[0] - back_x_mm) / way, (rest_mm[1] - back_y_mm) / way))
+
+    def _apart(self, standing: Sequence[Standing], said: Sequence[Said]) -> list[tuple[Standing, Said]]:
+        """Return those that touch the most likely of any that are too near to each other to be two fingers."""
+        apart_mm = _ALONE_MM + _ALONE_STEPS * self._step_mm
+        kept = distinct([one.rest_mm for one in standing], [each.odds for each in said], apart_mm)
+        return [(standing[i], said[i]) for i in kept]
 
     def _tell(self, one: Standing, said: Said, sighting: Sighting) -> None:
         """Add one fingertip to what is said of the picture."""

@@ -10,7 +10,7 @@ from importlib.resources import files
 
 import numpy as np
 
-from touchd.contacts.judge import CLEARANCE_MM, LEAK
+from touchd.contacts.judge import CLEARANCE_MM, LEAK, PLACE_MM
 from touchd.model import Floats
 
 _MOST = np.float32(4.0)  # that any input counts, in its standard deviations
@@ -22,7 +22,7 @@ class Weights:
 
     F inputs less their ``centre`` (F,), over their ``scale`` (F,), become a look (L,) with ``look``; that and the last
     state (S,) a word (W,) with ``word``. ``gates`` (L + W, 3 S) and ``past`` (S, 3 S) move the state: how much of the
-    last one is seen, how much is kept, and what comes new. ``answer`` (S + L, 3) says the three of :class:`Said`.
+    last one is seen, how much is kept, and what comes new. ``answer`` (S + L, 5) says what is in :class:`Said`.
     """
 
     centre: Floats
@@ -54,12 +54,14 @@ class Said:
     """What is said of a fingertip by all pictures so far, and by those beside it.
 
     ``odds``: the logarithm of its odds of touching; ``finger_odds``: of being a fingertip at all; ``clearance_mm``: the
-    gap below it.
+    gap below it. ``along_mm``, ``across_mm``: how far from where it is seen at rest it touches, the way it points.
     """
 
     odds: float
     finger_odds: float
     clearance_mm: float
+    along_mm: float
+    across_mm: float
 
 
 def step(weights: Weights, inputs: Floats, before: Floats, hearing: Floats) -> tuple[list[Said], Floats]:
@@ -78,7 +80,10 @@ def step(weights: Weights, inputs: Floats, before: Floats, hearing: Floats) -> t
     new = np.tanh(now[:, 2 * size :] + seen * (then[:, 2 * size :] + weights.past_bias))
     state = new + kept * (before - new)
     said: list[list[float]] = (np.concatenate([state, look], axis=1) @ weights.answer + weights.answer_bias).tolist()
-    return [Said(odds, finger, CLEARANCE_MM * clearance) for odds, finger, clearance in said], state
+    return [
+        Said(odds, finger, CLEARANCE_MM * clearance, PLACE_MM * along, PLACE_MM * across)
+        for odds, finger, clearance, along, across in said
+    ], state
 
 
 def scaled(weights: Weights, inputs: Floats) -> Floats:

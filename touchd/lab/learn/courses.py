@@ -34,7 +34,8 @@ class Course:
 
     ``inputs`` (R, F) float32. ``frame``, ``last`` (R,): the frame of each row, and which row the same fingertip was
     before, or -1. ``heard`` (E, 2): rows beside each other, the first of which hears of the second. What was true:
-    ``touching``, ``finger`` (R,) bool, ``clearance_mm``, ``step_mm`` (R,) float32; without a finger the clearance is 0.
+    ``touching``, ``finger`` (R,) bool, ``clearance_mm``, ``step_mm`` (R,) float32, and how far along and across the
+    finger it was from where it is seen at rest, ``place_mm`` (R, 2) float32. Both are 0 without a finger.
     """
 
     inputs: Floats
@@ -44,6 +45,7 @@ class Course:
     touching: Mask
     finger: Mask
     clearance_mm: Floats
+    place_mm: Floats
     step_mm: Floats
 
 
@@ -52,6 +54,7 @@ class _Row:
     frame: int
     last: int
     true: TrueTip | None
+    place_mm: tuple[float, float]
     step_mm: float
 
 
@@ -83,7 +86,10 @@ class _Watched(Beliefs):
         self.standing = [
             (one, -1 if known is None else int(known.state[0])) for one, known in zip(now, last, strict=True)
         ]
-        said = [Said(told, one.seen.finger_odds, one.seen.clearance_mm) for told, one in zip(odds, now, strict=True)]
+        said = [
+            Said(told, one.seen.finger_odds, one.seen.clearance_mm, 0.0, 0.0)
+            for told, one in zip(odds, now, strict=True)
+        ]
         return said, np.column_stack([rows, odds]).astype(np.float32)
 
 
@@ -115,9 +121,17 @@ def _rows(frame: int, standing: Sequence[tuple[Standing, int]], tips: Sequence[T
     own = paired([one.under_mm for one, _ in standing], places, _SAME_MM)
     own |= paired([one.rest_mm for one, _ in standing], places, _SAME_MM)
     return [
-        _Row(frame, last, tips[own[i]] if i in own else None, one.seen.lay.step_mm)
+        _Row(frame, last, tips[own[i]], _away_mm(one, tips[own[i]]), one.seen.lay.step_mm)
+        if i in own
+        else _Row(frame, last, None, (0.0, 0.0), one.seen.lay.step_mm)
         for i, (one, last) in enumerate(standing)
     ]
+
+
+def _away_mm(one: Standing, true: TrueTip) -> tuple[float, float]:
+    """Return how far along and across a fingertip truly is from where it is seen at rest."""
+    (c, s), x_mm, y_mm = one.towards, true.x_mm - one.rest_mm[0], true.y_mm - one.rest_mm[1]
+    return x_mm * c + y_mm * s, y_mm * c - x_mm * s
 
 
 def _gathered(rows: Sequence[_Row], watched: _Watched) -> Course:
@@ -130,6 +144,7 @@ def _gathered(rows: Sequence[_Row], watched: _Watched) -> Course:
         touching=np.array([tip is not None and tip.touching for tip in true]),
         finger=np.array([tip is not None for tip in true]),
         clearance_mm=np.array([0.0 if tip is None else tip.clearance_mm for tip in true], np.float32),
+        place_mm=np.array([row.place_mm for row in rows], np.float32),
         step_mm=np.array([row.step_mm for row in rows], np.float32),
     )
 

@@ -1,5 +1,7 @@
 """What ought to be said of a fingertip, by how it truly is."""
 
+import numpy as np
+
 from touchd.model import Floats, Mask
 
 # Lower than this, grown by raw steps, a finger as good as touches, for nobody means to hover there. About as high as
@@ -7,6 +9,7 @@ from touchd.model import Floats, Mask
 _LOW_MM, _LOW_STEPS = 2.6, 0.8
 _LOWER, _HIGHER = 0.6, 1.5
 _HIGHEST_MM = 40.0
+_FARTHEST_MM = 15.0  # what is farther off is of something else
 
 
 def verdicts(finger: Mask, touching: Mask, clearance_mm: Floats, step_mm: Floats) -> tuple[Mask, Mask, Mask]:
@@ -18,3 +21,9 @@ def verdicts(finger: Mask, touching: Mask, clearance_mm: Floats, step_mm: Floats
     low = finger & (touching | (clearance_mm < low_mm))
     unclear = finger & ~touching & (clearance_mm > _LOWER * low_mm) & (clearance_mm < _HIGHER * low_mm)
     return low, unclear, finger & (clearance_mm < _HIGHEST_MM)
+
+
+def placed(touching: Mask, place_mm: Floats) -> Mask:
+    """Return which of N fits (N,) are to be told how far they are from where they touch, ``place_mm`` (N, 2)."""
+    near: Mask = np.hypot(place_mm[:, 0], place_mm[:, 1]) < _FARTHEST_MM
+    return touching & near

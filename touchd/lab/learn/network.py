@@ -7,7 +7,7 @@ import numpy as np
 
 from touchd.contacts.judge import CLEARANCE_MM, LEAK, PLACE_MM, Layer
 from touchd.lab.learn.adam import Adam
-from touchd.lab.learn.goals import verdicts
+from touchd.lab.learn.goals import placed, verdicts
 from touchd.lab.learn.samples import Samples
 from touchd.model import Floats
 
@@ -17,7 +17,6 @@ _RATE, _DECAY = 2e-3, 4e-2
 # What is done to the traits in each sight of a sample, so that no single one is relied on: the share that is left out,
 # and the standard deviation of what is added to all.
 _MISSING, _NOISE = 0.05, np.float32(0.12)
-_FARTHEST_MM = 15.0  # a fit that is farther off is of something else
 _FINGER, _CLEARANCE, _PLACE = 0.5, 0.5, 0.7  # what an answer counts beside that of touching or not
 
 
@@ -54,10 +53,12 @@ def train(samples: Samples, rounds: int, seed: int = 0) -> list[Layer]:
 def _lesson(samples: Samples) -> _Lesson:
     finger, touching, clearance_mm = samples.finger > 0, samples.touching > 0, np.nan_to_num(samples.clearance_mm)
     low, unclear, near = verdicts(finger, touching, clearance_mm, samples.step_mm)
-    placed = touching & (np.hypot(*np.nan_to_num(samples.place_mm).T) < _FARTHEST_MM)
-    place = np.where(placed[:, None], np.nan_to_num(samples.place_mm), 0.0) / PLACE_MM
+    near_place = placed(touching, np.nan_to_num(samples.place_mm))
+    place = np.where(near_place[:, None], np.nan_to_num(samples.place_mm), 0.0) / PLACE_MM
     answers = np.column_stack([low, finger, np.where(near, clearance_mm, 0.0) / CLEARANCE_MM, place])
-    counts = np.column_stack([~unclear, _FINGER * (finger >= 0), _CLEARANCE * near, _PLACE * placed, _PLACE * placed])
+    counts = np.column_stack(
+        [~unclear, _FINGER * (finger >= 0), _CLEARANCE * near, _PLACE * near_place, _PLACE * near_place]
+    )
     return _Lesson(samples.traits, answers.astype(np.float32), (counts * samples.weight[:, None]).astype(np.float32))
 
 

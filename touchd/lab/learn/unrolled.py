@@ -6,22 +6,22 @@ from itertools import pairwise
 
 import numpy as np
 
-from touchd.contacts.judge import CLEARANCE_MM, LEAK
+from touchd.contacts.judge import CLEARANCE_MM, LEAK, PLACE_MM
 from touchd.contacts.recurrent import Weights, leaking, opened, scaled
 from touchd.lab.learn.adam import Adam
 from touchd.lab.learn.courses import Course, Rows
-from touchd.lab.learn.goals import verdicts
+from touchd.lab.learn.goals import placed, verdicts
 from touchd.model import Floats
 
-_LOOK, _WORD, _STATE = 48, 24, 24
+_LOOK, _WORD, _STATE, _ANSWERS = 96, 24, 32, 5
 _FRAMES = 60  # that a gradient goes back
 _BATCH = 8  # chunks
 _RATE, _DECAY = 2e-3, 1e-2
 _MISSING, _NOISE = 0.05, np.float32(0.1)  # as in network.py
 _STEEPEST = 1.0  # a gradient's length
 _LEAST_SCALE = 0.05  # of inputs
-_FINGER, _CLEARANCE = 0.3, 0.3  # what an answer counts beside that of touching or not
-_UNIT = 0.5  # of Huber's loss for clearances
+_FINGER, _CLEARANCE, _PLACE = 0.3, 0.3, 0.3  # what an answer counts beside that of touching or not
+_UNIT = 0.5  # of Huber's loss for lengths
 _TRAINED = [field.name for field in fields(Weights) if field.name not in ("centre", "scale")]
 
 
@@ -29,7 +29,7 @@ _TRAINED = [field.name for field in fields(Weights) if field.name not in ("centr
 class Chunk:
     """Some frames of a course. ``frames``: which rows each has; ``hearing``: of each frame, as in ``recurrent.step``.
 
-    ``answers``, ``counts`` (R, 3): what should be said, in the network's units, and how much that counts.
+    ``answers``, ``counts`` (R, 5): what should be said, in the network's units, and how much that counts.
     """
 
     inputs: Floats
@@ -60,8 +60,12 @@ def train_beliefs(courses: Sequence[Course], rounds: int, seed: int = 0) -> Weig
 def chunked(course: Course) -> Iterator[Chunk]:
     """Yield a course in pieces, of which each begins without a past."""
     low, unclear, near = verdicts(course.finger, course.touching, course.clearance_mm, course.step_mm)
-    answers = np.column_stack([low, course.finger, np.where(near, course.clearance_mm, 0.0) / CLEARANCE_MM])
-    counts = np.column_stack([~unclear, np.full(len(low), _FINGER), _CLEARANCE * near])
+    there = placed(course.touching, course.place_mm)
+    place = np.where(there[:, None], course.place_mm, 0.0) / PLACE_MM
+    answers = np.column_stack([low, course.finger, np.where(near, course.clearance_mm, 0.0) / CLEARANCE_MM, place])
+    counts = np.column_stack(
+        [~unclear, np.full(len(low), _FINGER), _CLEARANCE * near, _PLACE * there, _PLACE * there],
+    )
     for first in range(int(course.frame[0]), int(course.frame[-1]) + 1, _FRAMES):
         begin, end = np.searchsorted(course.frame, [first, first + _FRAMES]).tolist()
         if begin == end:
@@ -121,10 +125,10 @@ def _run(weights: Weights, chunk: Chunk, inputs: Floats) -> _Run:
 
 
 def loss(weights: Weights, chunk: Chunk, inputs: Floats) -> float:
-    """Return the summed loss: logarithmic for both odds, Huber's for the clearance. ``inputs`` (R, F) are scaled."""
+    """Return the summed loss: logarithmic for both odds, Huber's for lengths. ``inputs`` (R, F) are scaled."""
     said = _run(weights, chunk, inputs).told() @ weights.answer + weights.answer_bias
     odds, answers = said[:, :2], chunk.answers[:, :2]
-    off = np.abs(said[:, 2] - chunk.answers[:, 2])
+    off = np.abs(said[:, 2:] - chunk.answers[:, 2:])
     huber = np.where(off < _UNIT, 0.5 * off * off, _UNIT * (off - 0.5 * _UNIT))
     return float((chunk.counts * np.column_stack([np.logaddexp(0.0, odds) - answers * odds, huber])).sum())
 
@@ -181,10 +185,10 @@ def _leak_slope(values: Floats) -> Floats:
 
 
 def _loss_slope(said: Floats, chunk: Chunk) -> Floats:
-    """Return the derivative (R, 3) of the loss by what is said."""
+    """Return the derivative (R, 5) of the loss by what is said."""
     off = said - chunk.answers
     off[:, :2] = opened(said[:, :2]) - chunk.answers[:, :2]
-    off[:, 2] = np.clip(off[:, 2], -_UNIT, _UNIT)
+    off[:, 2:] = np.clip(off[:, 2:], -_UNIT, _UNIT)
     slope: Floats = chunk.counts * off
     return slope
 
@@ -238,6 +242,6 @@ def _drawn(rng: np.random.Generator, courses: Sequence[Course]) -> Weights:
         gates_bias=zeros(3 * _STATE),
         past=normal(_STATE, 3 * _STATE),
         past_bias=zeros(_STATE),
-        answer=normal(_STATE + _LOOK, 3),
-        answer_bias=zeros(3),
+        answer=normal(_STATE + _LOOK, _ANSWERS),
+        answer_bias=zeros(_ANSWERS),
     )
