@@ -57,6 +57,11 @@ def test_what_is_beside_a_finger_is_told_as_seen_from_it() -> None:
     assert beside(told(turned, standing_at(140.0, 100.0))[0], 0)[1:3] == pytest.approx([0.0, -1.0])
 
 
+def test_places_are_given_along_the_way_that_it_points_and_across() -> None:
+    turned = replace(standing_at(100.0, 200.0), towards=(0.0, 1.0))
+    assert turned.from_rest_mm(3.0, 2.0) == (98.0, 203.0)
+
+
 def test_what_is_farther_than_a_hand_is_no_company() -> None:
     inputs, hearing = company([standing_at(100.0, 100.0), standing_at(251.0, 100.0)], [None, None])
     assert not hearing.any()

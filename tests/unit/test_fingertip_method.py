@@ -1,12 +1,18 @@
 """The fingertip method on rendered hands: what it finds, where, and what it leaves alone."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from touchd.contacts.fingertip import FingertipMethod
+from touchd.contacts.belief import Beliefs
+from touchd.contacts.company import Standing
+from touchd.contacts.fingertip import FingertipMethod, Found
+from touchd.contacts.fit import Picture, Quality
+from touchd.contacts.heights import Box
 from touchd.contacts.judge import Judge, Opinion
 from touchd.contacts.method import Sighting
+from touchd.contacts.recurrent import Said, learned_weights
 from touchd.contacts.tips import Guess, Tip
 from touchd.errors import ConfigError
 from touchd.model import AreaCorners, Floats, Frame
@@ -16,6 +22,8 @@ from touchd.surface.settings import CalibrationSettings
 from touchd.table.hands import HandPose, open_hand, pointing_hand
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px
 from touchd.table.table import Table
+
+from unit.fingertips import seen_at, standing_at
 
 FRAME_NS = 33_333_333
 EMPTY_FRAMES = 30
@@ -27,6 +35,9 @@ SETTINGS = PipelineSettings(
     method="fingertip",
     area=AreaCorners((CORNERS[0], CORNERS[1], CORNERS[2], CORNERS[3]), AREA.size_mm),
 )
+
+NOTHING = np.zeros((0, 0), np.float32)
+PICTURE = Picture(NOTHING, np.zeros((0, 0), np.uint8), Box(0, 0, 0, 0))
 
 
 @pytest.fixture(scope="module")
@@ -177,6 +188,32 @@ def test_a_touching_fingertip_does_not_hover(pipeline: Pipeline, table: Table) -
         frame = pipeline.step(table.render([hand], (EMPTY_FRAMES + index) * FRAME_NS, EMPTY_FRAMES + index))
         assert (len(frame.cursors), len(frame.hovers)) == ((1, 0) if height_mm <= 0.0 else (0, 1)) or height_mm == 8.0
     pipeline.stall((EMPTY_FRAMES + 9) * FRAME_NS)
+
+
+class Convinced(Beliefs):
+    """Takes everything for a touch, the more likely the farther right it is, and a little off to the right."""
+
+    def update(self, now: Sequence[Standing]) -> list[Said]:
+        """Say so of each."""
+        return [Said(5.0 + 0.01 * one.rest_mm[0], 5.0, 0.0, *turned(one.towards, 2.0)) for one in now]
+
+
+def turned(towards: tuple[float, float], right_mm: float) -> tuple[float, float]:
+    """Return how far along and across a finger it is to go right."""
+    return right_mm * towards[0], -right_mm * towards[1]
+
+
+def test_of_two_too_near_to_be_two_fingers_the_likelier_one_touches_where_it_is_believed_to(
+    method: FingertipMethod, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places = [(100.0, 100.0), (109.0, 100.0), (140.0, 100.0)]
+    standing = iter([standing_at(*place) for place in places])
+    monkeypatch.setattr(method, "look", lambda *_: Found([], [], Quality([], [], []), NOTHING, PICTURE))
+    monkeypatch.setattr(method._steady, "settle", lambda *_: [seen_at(300.0, 200.0)] * 3)
+    monkeypatch.setattr(method, "_standing", lambda _: next(standing))
+    method._beliefs = Convinced(1.0, learned_weights())
+    told = method.find(np.zeros((480, 640), np.uint16), [])
+    assert sorted((contact.x_mm, contact.y_mm) for contact in told.contacts) == [(111.0, 100.0), (142.0, 100.0)]
 
 
 class NobodyFound(Judge):

@@ -31,6 +31,11 @@ class Standing:
     towards: tuple[float, float]
     unseen: int = 0
 
+    def from_rest_mm(self, along_mm: float, across_mm: float) -> tuple[float, float]:
+        """Return a place given by how far it is from the one at rest, along the way that it points and across."""
+        (x_mm, y_mm), (c, s) = self.rest_mm, self.towards
+        return x_mm + along_mm * c - across_mm * s, y_mm + along_mm * s + across_mm * c
+
 
 def company(now: Sequence[Standing], before: Sequence[Standing | None]) -> tuple[Floats, Floats]:
     """Return inputs (N, F) of the recurrent network, and how much each of N fingertips hears of the others (N, N).

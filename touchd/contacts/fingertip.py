@@ -167,7 +167,8 @@ class FingertipMethod:
             if one.seen.shown and said.finger_odds > 0.0:
                 sighting.hovers.append(self._contact(one, one.under_mm, said, firm=False))
         else:
-            sighting.contacts.append(self._contact(one, one.rest_mm, said, firm=said.odds > _BEGINS and one.seen.shown))
+            firm = said.odds > _BEGINS and one.seen.shown
+            sighting.contacts.append(self._contact(one, one.from_rest_mm(said.along_mm, said.across_mm), said, firm))
         if said.odds < _OVER:
             sighting.lifted_mm.append(one.rest_mm)
 

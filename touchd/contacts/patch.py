@@ -9,13 +9,17 @@ they change with each of the six unknowns, so that fitting one only has to look 
 from dataclasses import dataclass
 from itertools import product
 from math import atan, ceil
+from typing import TypeAlias
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from touchd.contacts.heights import HIGHEST_MM
 from touchd.geometry import Doubles
 from touchd.model import Floats, Mask, Sensor, frozen_array
+
+Halves: TypeAlias = NDArray[np.float16]
 
 RADII_MM = (3.8, 4.8, 5.8, 6.8, 8.0)
 CLEARANCES_MM = (0.0, 4.0, 8.0, 13.0, 20.0, 30.0)
@@ -49,7 +53,7 @@ _CORE_MM = 5.5
 
 @dataclass(frozen=True, slots=True)
 class PatchBank:
-    """Templates over a grid of S places around the tip, T of them; all arrays are float32.
+    """Templates over a grid of S places around the tip, T of them; all arrays are float32, but the templates float16.
 
     ``scales_mm`` (K,): sizes of a pixel on the surface. ``places_mm`` (K, 2, S): the places along and across the
     finger, along growing towards the hand; ``core`` (K, S) bool: those on the finger's middle. ``leans`` (L,): how far
@@ -65,7 +69,7 @@ class PatchBank:
     core: Mask
     leans: tuple[float, ...]
     pitches_rad: tuple[tuple[float, ...], ...]
-    templates: Floats
+    templates: Halves
     middles: Floats
 
 
@@ -123,7 +127,7 @@ def _pitches(lean: float) -> tuple[float, ...]:
     return tuple(seen + turn for seen in _SEEN_PITCHES_RAD if -_PITCH_MARGIN_RAD < seen + turn < _STEEPEST_RAD)
 
 
-def _templates(grid: _Grid, lean: float, pitches: tuple[float, ...]) -> Floats:
+def _templates(grid: _Grid, lean: float, pitches: tuple[float, ...]) -> Halves:
     """Return the templates (P * R * C, 8, S) for one lean, in the order of pitch, radius and clearance."""
     along, across, delta = grid.along, grid.across, _OUTLINE_PX * grid.pixel_mm
     seen = np.stack([_seen_around(grid, lean, pitch, _ASIDE * delta) for pitch in pitches])
@@ -146,7 +150,7 @@ def _templates(grid: _Grid, lean: float, pitches: tuple[float, ...]) -> Floats:
     known = (_STEPS * grid.step_mm) ** 2 + _MODEL_MM**2 + bend**2
     noise = np.sqrt(known[:, None, None] + aside)
     rows = np.stack([heights, np.ones_like(heights), *slopes], axis=-2) / noise[..., None, :]
-    return np.ascontiguousarray(rows.reshape(-1, UNKNOWNS + 2, along.size), np.float32)
+    return np.ascontiguousarray(rows.reshape(-1, UNKNOWNS + 2, along.size), np.float16)
 
 
 def _seen_around(grid: _Grid, lean: float, pitch: float, aside_mm: Doubles) -> Floats:
