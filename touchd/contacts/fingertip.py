@@ -34,7 +34,7 @@ _FREE_ROUNDS, _SETTLING_ROUNDS = 1, 2
 _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it surely is over.
-_BEGINS, _LASTS, _OVER = 1.8, -0.8, -1.8
+_BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.8
 _FINGER = 0.0  # log odds of being a fingertip at all, from which on it is remembered as one
 # No two touches are nearer, however far the sensor blurs what it sees; in raw steps, the farther the more.
 _ALONE_MM, _ALONE_STEPS = 10.0, 1.0

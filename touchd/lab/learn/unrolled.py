@@ -11,7 +11,7 @@ from touchd.contacts.recurrent import Weights, leaking, opened, scaled
 from touchd.lab.learn.adam import Adam
 from touchd.lab.learn.courses import Course, Rows
 from touchd.lab.learn.goals import placed, verdicts
-from touchd.model import Floats, Mask
+from touchd.model import Floats
 
 _LOOK, _WORD, _STATE, _ANSWERS = 96, 24, 32, 5
 _FRAMES = 60  # that a gradient goes back
@@ -21,7 +21,6 @@ _MISSING, _NOISE = 0.05, np.float32(0.1)  # as in network.py
 _STEEPEST = 1.0  # a gradient's length
 _LEAST_SCALE = 0.05  # of inputs
 _FINGER, _CLEARANCE, _PLACE = 0.3, 0.3, 0.3  # what an answer counts beside that of touching or not
-_BARELY_MM = 1.0  # risen by no more, either may be said
 _UNIT = 0.5  # of Huber's loss for lengths
 _TRAINED = [field.name for field in fields(Weights) if field.name not in ("centre", "scale")]
 
@@ -61,9 +60,6 @@ def train_beliefs(courses: Sequence[Course], rounds: int, seed: int = 0) -> Weig
 def chunked(course: Course) -> Iterator[Chunk]:
     """Yield a course in pieces, of which each begins without a past."""
     low, unclear, near = verdicts(course.finger, course.touching, course.clearance_mm, course.step_mm)
-    rising = _rising(course)
-    low &= ~rising
-    unclear = (unclear & ~rising) | (rising & (course.clearance_mm < _BARELY_MM))
     there = placed(course.touching, course.place_mm)
     place = np.where(there[:, None], course.place_mm, 0.0) / PLACE_MM
     answers = np.column_stack([low, course.finger, np.where(near, course.clearance_mm, 0.0) / CLEARANCE_MM, place])
@@ -135,16 +131,6 @@ def loss(weights: Weights, chunk: Chunk, inputs: Floats) -> float:
     off = np.abs(said[:, 2:] - chunk.answers[:, 2:])
     huber = np.where(off < _UNIT, 0.5 * off * off, _UNIT * (off - 0.5 * _UNIT))
     return float((chunk.counts * np.column_stack([np.logaddexp(0.0, odds) - answers * odds, huber])).sum())
-
-
-def _rising(course: Course) -> Mask:
-    """Return which rows are of a finger that has touched and is on its way up: that is no touch, however low it is."""
-    rising = np.zeros(len(course.last), np.bool_)
-    for row, last in enumerate(course.last.tolist()):
-        if last >= 0 and course.finger[row] and not course.touching[row] and course.finger[last]:
-            touched = course.touching[last] or rising[last]
-            rising[row] = touched and course.clearance_mm[row] >= course.clearance_mm[last]
-    return rising
 
 
 def gradients(weights: Weights, chunk: Chunk, inputs: Floats) -> list[Floats]:
