@@ -179,7 +179,8 @@ class FingertipMethod:
             y=place_mm[1] / height_mm,
             x_mm=place_mm[0],
             y_mm=place_mm[1],
-            height_mm=max(0.0, said.clearance_mm),
+            # Each errs where the other does not: the judge far up, beliefs low down.
+            height_mm=max(0.0, 0.5 * (said.clearance_mm + one.seen.clearance_mm)),
             area_mm2=pi * one.seen.radius_mm**2,
             angle=_half_turn(atan2(one.towards[1], one.towards[0])),
             firm=firm,
