@@ -54,6 +54,14 @@ def test_of_touches_in_plain_sight_those_found_are_counted_apart() -> None:
     assert (untold["free"], untold["found_free"]) == (None, None)
 
 
+def test_of_touches_in_plain_sight_those_that_changed_their_cursor_are_counted_apart() -> None:
+    frames = table([[Stroke(8, 20, 100.0)], [Stroke(8, 20, 100.0)]])
+    split = renamed(perfect(frames), 1, 99, frame_of(frames, 1) + 10)
+    for plain, share in ((1, 100.0), (2, 0.0)):
+        got = score(seen(split), replace(truth(frames), visible={plain: 0.95, 3 - plain: 0.4}))
+        assert (got.splits, figures(got)["switches_free"]) == (1, share)
+
+
 def test_two_fingers_that_exchange_their_cursors_are_two_swaps() -> None:
     frames = table([[Stroke(8, 20, 100.0)], [Stroke(8, 20, 100.0)]])
     half = frame_of(frames, 1) + 10
@@ -147,7 +155,7 @@ def test_a_finger_that_the_camera_cannot_see_tells_nothing_of_how_near_two_may_c
     assert figures(score(seen(events), told))["gap"] is None
 
 
-@pytest.mark.parametrize("least_gap_mm", [22.0, 40.0])
+@pytest.mark.parametrize("least_gap_mm", [25.0, 40.0])
 def test_a_pinch_is_resolved_down_to_where_two_fingers_become_one_cursor(least_gap_mm: float) -> None:
     assert figures(scored(*pinch(least_gap_mm)))["gap"] == least_gap_mm
 

@@ -10,7 +10,7 @@ from touchd.lab.scoring.rests import ThingScore
 from touchd.lab.scoring.score import Samples, Score
 from touchd.lab.scoring.upset import UpsetScore
 
-_GAP_STEP_MM = 2.0
+_GAP_STEP_MM = 5.0
 _RESOLVED_SHARE = 0.9
 
 
@@ -48,7 +48,7 @@ def _around_things(things: ThingScore, count: int) -> float | None:
 def least_gap_mm(score: Score) -> float | None:
     """Return the least distance from which on two fingers have their own cursors in 9 of 10 frames.
 
-    Counted in steps of 2 mm from the widest seen downwards; None where no two fingers came near each other.
+    Counted in steps of 5 mm from the widest seen downwards; None where no two fingers came near each other.
     """
     resolved, unresolved = (np.array(gaps) for gaps in (score.resolved_gaps_mm, score.unresolved_gaps_mm))
     everything = np.concatenate([resolved, unresolved])
@@ -75,6 +75,12 @@ MEASURES: Sequence[Measure] = (
     Measure("splits", "splits per touch", "%", lambda s: _share(s.splits, s.touches, 100.0)),
     Measure("swaps", "id swaps per touch", "%", lambda s: _share(s.swaps, s.touches, 100.0)),
     Measure("switches", "splits and id swaps per touch", "%", lambda s: _share(s.splits + s.swaps, s.touches, 100.0)),
+    Measure(
+        "switches_free",
+        "the same of those in plain sight",
+        "%",
+        lambda s: _share(s.switched_free, s.free, 100.0),
+    ),
     Measure("error_mean", "position error, mean", "mm", lambda s: _mean(s.errors_mm)),
     Measure("error_p95", "position error, p95", "mm", lambda s: _percentile(s.errors_mm, 95)),
     Measure("error_p99", "position error, p99", "mm", lambda s: _percentile(s.errors_mm, 99)),

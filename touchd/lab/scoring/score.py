@@ -41,7 +41,8 @@ class Score:
     - ``touches``: true touches that the camera saw touching inside the area. ``found``: those that a cursor of their
       own stood for, in at least half as many frames as they touch, counted from 100 ms before to 70 ms after the touch.
       ``merged``: those whose cursor was made for an earlier touch: to a client the two are one.
-    - ``free``: of all touches those whose fingertip is known to be in plain sight, ``found_free``: of those the found.
+    - ``free``: of all touches those whose fingertip is known to be in plain sight, ``found_free``: of those the found,
+      ``switched_free``: and how often they went on under another id.
     - ``splits``: how often a touch went on under a new id; ``swaps``: under one that was made for another finger.
     - ``false_touches``: cursors that never stood for a touching finger, nor within 100 ms of its touch.
     - ``errors_mm``: distance between cursor and touch point, for each frame of a touching finger slower than 500 mm/s.
@@ -61,6 +62,7 @@ class Score:
     merged: int = 0
     free: int = 0
     found_free: int = 0
+    switched_free: int = 0
     splits: int = 0
     swaps: int = 0
     false_touches: int = 0
@@ -110,7 +112,7 @@ def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
     covered = {n for n, touch in touches.items() if _is_covered(frames, touch, seen[n])}
     found = {n for n, touch in touches.items() if _is_covered(frames, touch, own[n])}
     free = {n for n in touches if truth.visible.get(n, 0.0) >= _PLAIN_SIGHT}
-    swaps = [swap for n in touches for swap in _switches(own[n], cursors, touches, touches[n].finger)]
+    swaps = {n: list(_switches(own[n], cursors, touches, touches[n].finger)) for n in touches}
     false = [life for cursor, life in cursors.items() if is_false(frames, cursor, life)]
     hidden = {n for n in touches if truth.visible.get(n, 1.0) < _PLAIN_SIGHT}
     resolved, unresolved = gaps_mm(frames, hidden)
@@ -120,8 +122,9 @@ def score(events: Sequence[SeenFrame], truth: Truth) -> Score:
         merged=len(covered - found),
         free=len(free),
         found_free=len(free & found),
-        splits=swaps.count(False),
-        swaps=swaps.count(True),
+        switched_free=sum(len(swaps[n]) for n in free),
+        splits=sum(each.count(False) for each in swaps.values()),
+        swaps=sum(each.count(True) for each in swaps.values()),
         false_touches=len(false),
         tracked_s=_duration_s(frames),
         errors_mm=tuple(errors_mm(frames)),

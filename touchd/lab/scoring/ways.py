@@ -14,6 +14,7 @@ LAG_FROM_MM_S, LAG_TO_MM_S = 300.0, 900.0
 _STILL_MM_S = 10.0
 _REST_S, _SETTLED_AFTER_S = 1.0, 0.3
 _PINCH_MM, _LOW_MM = 120.0, 20.0
+_LANDED_S = 0.1
 
 
 def touching_matches(frames: Sequence[ScoredFrame]) -> Iterator[Match]:
@@ -72,17 +73,23 @@ def gaps_mm(frames: Sequence[ScoredFrame], hidden: AbstractSet[int]) -> tuple[tu
     """Return the distances of two touching fingers of one hand: where each has a cursor, and where not.
 
     Only frames in which exactly these two touch, less than 120 mm apart and at under 500 mm/s, and no other fingertip
-    is within 20 mm of the surface. Touches whose fingertip is ``hidden`` (their numbers) do not tell how near two may
-    come: whether they are found at all is another figure's business.
+    is within 20 mm of the surface. Touches whose fingertip is ``hidden`` (their numbers), and the first 0.1 s of any, do
+    not tell how near two may come: whether and how soon they are found is other figures' business.
     """
     resolved: list[float] = []
     unresolved: list[float] = []
+    landed_s: dict[int, float] = {}
     for frame in frames:
+        for place in frame.places:
+            if place.tip.touching:
+                landed_s.setdefault(place.tip.touch, frame.t_s)
         down = [place for place in frame.places if place.tip.clearance_mm < _LOW_MM]
         if not _is_pinch(down):
             continue
         a, b = (place.tip for place in down)
         if a.touch in hidden or b.touch in hidden:
+            continue
+        if frame.t_s - max(landed_s[a.touch], landed_s[b.touch]) < _LANDED_S:
             continue
         stood_for = {match.place.tip.touch for match in frame.matches}
         into = resolved if {a.touch, b.touch} <= stood_for else unresolved
