@@ -17,7 +17,9 @@ def seen_at(u: float, v: float, odds: float = 1.0, clearance_mm: float = 4.0, fi
     return Seen(u, v, u + 1.0, v + 1.0, 3.1, 6.5, clearance_mm, odds, finger_odds, shown=True, lay=LAY, opinion=opinion)
 
 
-def standing_at(x_mm: float, y_mm: float, odds: float = 1.0, clearance_mm: float = 4.0) -> Standing:
+def standing_at(
+    x_mm: float, y_mm: float, odds: float = 1.0, clearance_mm: float = 4.0, finger_odds: float = 3.0
+) -> Standing:
     """The same at a place of the area, pointing along x; pixels are ``PIXEL_MM`` wide."""
-    seen = seen_at(x_mm / PIXEL_MM, y_mm / PIXEL_MM, odds, clearance_mm)
+    seen = seen_at(x_mm / PIXEL_MM, y_mm / PIXEL_MM, odds, clearance_mm, finger_odds)
     return Standing(seen, (x_mm, y_mm), (x_mm, y_mm), (1.0, 0.0))

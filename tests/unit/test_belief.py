@@ -1,9 +1,12 @@
 """Whether a fingertip touches, over time: which one of the last pictures it is, and that its past counts."""
 
+from collections.abc import Sequence
+
 import pytest
-from touchd.contacts.belief import Beliefs
+from touchd.contacts.belief import Beliefs, Known
 from touchd.contacts.company import Standing
-from touchd.contacts.recurrent import learned_weights
+from touchd.contacts.recurrent import Said, learned_weights
+from touchd.model import Floats
 
 from unit.fingertips import PIXEL_MM, standing_at
 
@@ -34,6 +37,48 @@ def test_one_that_jumps_farther_than_fingers_do_is_new(beliefs: Beliefs) -> None
     (new,) = odds(Beliefs(PIXEL_MM, learned_weights()), standing_at(140.0, 100.0))
     odds(beliefs, standing_at(100.0, 100.0, odds=6.0))
     assert odds(beliefs, standing_at(140.0, 100.0)) == [pytest.approx(new, abs=1e-5)]
+
+
+class Remembering(Beliefs):
+    """Beliefs that tell which fingertip of the last picture each one was taken for."""
+
+    before: Sequence[Standing | None] = ()
+
+    def think(self, now: Sequence[Standing], last: Sequence[Known | None]) -> tuple[list[Said], Floats]:
+        self.before = [None if known is None else known.standing for known in last]
+        return super().think(now, last)
+
+
+@pytest.fixture
+def remembering() -> Remembering:
+    return Remembering(PIXEL_MM, learned_weights())
+
+
+def test_a_fast_fingertip_is_itself_though_another_was_nearer_to_where_it_is_now(remembering: Remembering) -> None:
+    fast, other = standing_at(125.0, 100.0, odds=6.0), standing_at(140.0, 100.0)
+    remembering.update([standing_at(100.0, 100.0, odds=6.0)])
+    remembering.update([fast, other])
+    remembering.update([standing_at(149.0, 100.0)])
+    assert remembering.before == [fast]
+
+
+def test_one_that_stops_is_itself_as_well(remembering: Remembering) -> None:
+    fast = standing_at(125.0, 100.0, odds=6.0)
+    remembering.update([standing_at(100.0, 100.0, odds=6.0)])
+    remembering.update([fast, standing_at(149.0, 100.0)])
+    remembering.update([standing_at(126.0, 100.0)])
+    assert remembering.before == [fast]
+
+
+@pytest.mark.parametrize(("finger_odds", "robs"), [(9.0, True), (-9.0, False)])
+def test_what_was_no_fingertip_is_taken_for_none_if_another_could_be_it(
+    remembering: Remembering, finger_odds: float, robs: bool
+) -> None:
+    finger = standing_at(100.0, 100.0, odds=6.0, finger_odds=9.0)
+    other = standing_at(107.0, 100.0, odds=-6.0, finger_odds=finger_odds)
+    remembering.update([finger, other])
+    remembering.update([standing_at(104.0, 100.0)])
+    assert remembering.before == [other if robs else finger]
 
 
 @pytest.mark.parametrize(("missed", "known"), [(1, True), (2, True), (3, False)])

@@ -64,6 +64,17 @@ def test_a_finger_at_600_mm_a_second_is_followed_within_20_ms(table: Table) -> N
     assert 0.0 <= behind_mm <= 600.0 * 0.020
 
 
+@pytest.mark.parametrize("speed_mm_s", [600.0, 1200.0])
+def test_a_swipe_that_lands_at_speed_is_one_touch(table: Table, speed_mm_s: float) -> None:
+    ids = {c.session_id for frame in range(10) for c in table.see(contact(50 + speed_mm_s / 30.0 * frame, 200))}
+    assert ids == {1}
+
+
+def test_what_appears_farther_away_than_a_swipe_goes_is_another_touch(table: Table) -> None:
+    table.see(contact(300, 200))
+    assert [c.session_id for c in table.see(contact(350, 200))] == [1, 2]
+
+
 def test_a_touch_survives_one_frame_without_its_contact_and_keeps_its_id(table: Table) -> None:
     table.see(contact(300, 200))
     assert [c.session_id for c in table.see()] == [1]

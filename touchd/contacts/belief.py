@@ -6,20 +6,36 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from touchd.contacts.company import Standing, company
-from touchd.contacts.neighbours import paired
 from touchd.contacts.recurrent import Said, Weights, step
 from touchd.model import Floats
 
 _FARTHEST_MM = 35.0  # that a finger moves between two pictures
+_DOUBTED_MM = 12.0  # so much farther counts what was taken for no fingertip
 _FORGOTTEN_AFTER = 2  # pictures that do not show it
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
-    """A fingertip of a picture before, and the state that it was left in."""
+    """A fingertip of a picture before, the state that it was left in, and what was said of it.
+
+    ``way_px``: how far it moved from the picture before that one, in u and v.
+    """
 
     standing: Standing
     state: Floats
+    said: Said
+    way_px: tuple[float, float]
+
+    @property
+    def place_px(self) -> tuple[float, float]:
+        """Where it was."""
+        return self.standing.seen.u, self.standing.seen.v
+
+    @property
+    def expected_px(self) -> tuple[float, float]:
+        """Where it is by now if it goes on as it did."""
+        (u, v), (du, dv), pictures = self.place_px, self.way_px, self.standing.unseen + 1
+        return u + du * pictures, v + dv * pictures
 
 
 class Beliefs:
@@ -27,12 +43,13 @@ class Beliefs:
 
     def __init__(self, pixel_mm: float, weights: Weights) -> None:
         self._reach_px = _FARTHEST_MM / pixel_mm
+        self._doubted_px = _DOUBTED_MM / pixel_mm
         self._weights = weights
         self._before: list[Known] = []
 
     def update(self, now: Sequence[Standing]) -> list[Said]:
         """Return what to think of fingertips by this picture and all before."""
-        pairs = paired(_places(now), _places([known.standing for known in self._before]), self._reach_px)
+        pairs = self._pairs(now)
         last = [self._before[pairs[i]] if i in pairs else None for i in range(len(now))]
         said, states = self.think(now, last)
         again = set(pairs.values())
@@ -41,8 +58,29 @@ class Beliefs:
             for j, known in enumerate(self._before)
             if j not in again and known.standing.unseen < _FORGOTTEN_AFTER
         ]
-        self._before = [Known(one, state) for one, state in zip(now, states, strict=True)] + lost
+        self._before = [
+            Known(one, state, told, _way_px(one, known))
+            for one, state, told, known in zip(now, states, said, last, strict=True)
+        ] + lost
         return said
+
+    def _pairs(self, now: Sequence[Standing]) -> dict[int, int]:
+        """Return which of those now are which of those before, where they were or went."""
+        limit = self._reach_px**2
+        near = []
+        for j, known in enumerate(self._before):
+            handicap = self._doubted_px**2 if known.said.finger_odds < 0.0 else 0.0
+            (u, v), (x, y) = known.place_px, known.expected_px
+            for i, one in enumerate(now):
+                at_u, at_v = one.seen.u, one.seen.v
+                stayed, went = (u - at_u) ** 2 + (v - at_v) ** 2, (x - at_u) ** 2 + (y - at_v) ** 2
+                if min(stayed, went) < limit:
+                    near.append((min(stayed, went) + handicap, i, j))
+        pairs: dict[int, int] = {}
+        for _, i, j in sorted(near):
+            if i not in pairs and j not in pairs.values():
+                pairs[i] = j
+        return pairs
 
     def think(self, now: Sequence[Standing], last: Sequence[Known | None]) -> tuple[list[Said], Floats]:
         """Return what is said of N fingertips, given those that they were before, and their states (N, S)."""
@@ -56,5 +94,9 @@ class Beliefs:
         return step(self._weights, inputs, states, hearing)
 
 
-def _places(standing: Sequence[Standing]) -> list[tuple[float, float]]:
-    return [(one.seen.u, one.seen.v) for one in standing]
+def _way_px(one: Standing, known: Known | None) -> tuple[float, float]:
+    """Return how far a fingertip moved in a picture, if it was seen before."""
+    if known is None:
+        return 0.0, 0.0
+    (u, v), pictures = known.place_px, known.standing.unseen + 1
+    return (one.seen.u - u) / pictures, (one.seen.v - v) / pictures

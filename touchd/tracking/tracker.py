@@ -13,6 +13,8 @@ from touchd.tracking.settings import TrackingSettings
 
 _FRAME_S = 1.0 / 30.0
 _WIDEST_GATE = 3.0  # times gate_mm, after frames were missing
+# Times gate_mm where a touch has been seen but once: a finger may land at a speed that is not known yet.
+_FIRST_GATE = 1.5
 # A touch slower than this stays where it is while its contact is missing: the last pixels of a lifted finger wander.
 _COASTS_ABOVE_MM_S = 200.0
 # Of gate_mm: how near to a touch's expected place a lifted finger must be seen to be its own.
@@ -22,12 +24,16 @@ _NOTHING = Air()
 
 @dataclass(frozen=True, slots=True)
 class Track:
-    """A live touch: what was last seen of it, where it is now, and the cursor that says so."""
+    """A live touch: what was last seen of it, where it is now, and the cursor that says so.
+
+    ``once``: whether only one picture has shown it, in the air or on the surface, so that its speed is not known.
+    """
 
     cursor: Cursor
     contact: Contact  # the last one that belonged to it
     filtered: OneEuro
     seen_ns: int
+    once: bool = False
 
     def expected_mm(self, t_ns: int) -> tuple[float, float]:
         """Return where the touch should be by now if it kept its speed."""
@@ -122,8 +128,9 @@ class Tracker:
         choices = []
         for track in self._tracks:
             x_mm, y_mm = track.expected_mm(t_ns)
-            near = range(bisect_left(places, x_mm - gate_mm), bisect_right(places, x_mm + gate_mm))
-            costs = ((i, (places[i] - x_mm) ** 2 + (contacts[i].y_mm - y_mm) ** 2) for i in near)
+            wider = _FIRST_GATE if track.once else 1.0
+            near = range(bisect_left(places, x_mm - wider * gate_mm), bisect_right(places, x_mm + wider * gate_mm))
+            costs = ((i, ((places[i] - x_mm) ** 2 + (contacts[i].y_mm - y_mm) ** 2) / wider**2) for i in near)
             choices.append([(i, cost) for i, cost in costs if cost < limit])
         return assign(choices, limit)
 
@@ -203,7 +210,7 @@ class Tracker:
             towards=contact.towards,
         )
         self._next_id += 1
-        return Track(cursor, contact, filtered, t_ns)
+        return Track(cursor, contact, filtered, t_ns, once=path is None)
 
     def _landed(self, contact: Contact, path: Path, t_ns: int) -> OneEuro:
         """Return the filter of a touch that was a hover.

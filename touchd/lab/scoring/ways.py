@@ -73,8 +73,8 @@ def gaps_mm(frames: Sequence[ScoredFrame], hidden: AbstractSet[int]) -> tuple[tu
     """Return the distances of two touching fingers of one hand: where each has a cursor, and where not.
 
     Only frames in which exactly these two touch, less than 120 mm apart and at under 500 mm/s, and no other fingertip
-    is within 20 mm of the surface. Touches whose fingertip is ``hidden`` (their numbers), and the first 0.1 s of any, do
-    not tell how near two may come: whether and how soon they are found is other figures' business.
+    is within 20 mm of the surface. Touches whose fingertip is ``hidden`` (their numbers), and the first 0.1 s of any,
+    do not tell how near two may come: whether and how soon they are found is other figures' business.
     """
     resolved: list[float] = []
     unresolved: list[float] = []
