@@ -17,7 +17,7 @@ def beliefs() -> Beliefs:
 
 
 def odds(beliefs: Beliefs, *standing: Standing) -> list[float]:
-    return [said.odds for said in beliefs.update(standing)]
+    return [belief.said.odds for belief in beliefs.update(standing)]
 
 
 def test_what_a_fingertip_was_before_counts(beliefs: Beliefs) -> None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from touchd.contacts.belief import Beliefs
+from touchd.contacts.belief import Belief, Beliefs
 from touchd.contacts.company import Standing
 from touchd.contacts.fingertip import FingertipMethod, Found
 from touchd.contacts.fit import Picture, Quality
@@ -193,9 +193,21 @@ def test_a_touching_fingertip_does_not_hover(pipeline: Pipeline, table: Table) -
 class Convinced(Beliefs):
     """Takes everything for a touch, the more likely the farther right it is, and a little off to the right."""
 
-    def update(self, now: Sequence[Standing]) -> list[Said]:
+    def update(self, now: Sequence[Standing]) -> list[Belief]:
         """Say so of each."""
-        return [Said(5.0 + 0.01 * one.rest_mm[0], 5.0, 0.0, *turned(one.towards, 2.0)) for one in now]
+        return [Belief(Said(5.0 + 0.01 * one.rest_mm[0], 5.0, 0.0, *turned(one.towards, 2.0)), None) for one in now]
+
+
+class Doubting(Beliefs):
+    """Says the odds of touching and of being a fingertip that it is given, and that each was 9 mm farther left."""
+
+    def __init__(self, odds: float, finger_odds: float) -> None:
+        super().__init__(1.0, learned_weights())
+        self._odds = odds, finger_odds
+
+    def update(self, now: Sequence[Standing]) -> list[Belief]:
+        """Say so of each."""
+        return [Belief(Said(*self._odds, 9.0, 0.0, 0.0), standing_at(one.rest_mm[0] - 9.0, 100.0)) for one in now]
 
 
 def turned(towards: tuple[float, float], right_mm: float) -> tuple[float, float]:
@@ -214,6 +226,24 @@ def test_of_two_too_near_to_be_two_fingers_the_likelier_one_touches_where_it_is_
     method._beliefs = Convinced(1.0, learned_weights())
     told = method.find(np.zeros((480, 640), np.uint16), [])
     assert sorted((contact.x_mm, contact.y_mm) for contact in told.contacts) == [(111.0, 100.0), (142.0, 100.0)]
+
+
+@pytest.mark.parametrize(
+    ("odds", "finger_odds", "lifted_mm"),
+    [(-2.0, 4.0, [(91.0, 100.0)]), (-1.0, 4.0, []), (-2.0, -1.0, []), (-5.0, -1.0, [(100.0, 100.0)])],
+)
+def test_a_finger_that_is_seen_to_lift_has_left_the_place_where_it_touched(
+    method: FingertipMethod,
+    monkeypatch: pytest.MonkeyPatch,
+    odds: float,
+    finger_odds: float,
+    lifted_mm: list[tuple[float, float]],
+) -> None:
+    monkeypatch.setattr(method, "look", lambda *_: Found([], [], Quality([], [], []), NOTHING, PICTURE))
+    monkeypatch.setattr(method._steady, "settle", lambda *_: [seen_at(300.0, 200.0)])
+    monkeypatch.setattr(method, "_standing", lambda _: standing_at(100.0, 100.0))
+    method._beliefs = Doubting(odds, finger_odds)
+    assert method.find(np.zeros((480, 640), np.uint16), []).lifted_mm == lifted_mm
 
 
 class NobodyFound(Judge):

@@ -126,6 +126,14 @@ def test_a_touch_whose_finger_is_seen_above_the_surface_ends_at_once(table: Tabl
     assert table.tracker.step([], table.t_ns, lifted_mm=[(304.0, 203.0)]) == ()
 
 
+@pytest.mark.parametrize("x_mm", [300.0, 320.0])
+def test_a_moving_touch_ends_if_its_finger_lifts_where_it_was_or_where_it_should_be(table: Table, x_mm: float) -> None:
+    for step in range(11):
+        table.see(contact(100 + 20.0 * step, 200))
+    table.t_ns += FRAME_NS
+    assert table.tracker.step([], table.t_ns, lifted_mm=[(x_mm, 200.0)]) == ()
+
+
 def test_a_finger_above_the_surface_somewhere_else_ends_no_touch(table: Table) -> None:
     table.see(contact(300, 200))
     table.t_ns += FRAME_NS

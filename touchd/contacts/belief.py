@@ -38,6 +38,14 @@ class Known:
         return u + du * pictures, v + dv * pictures
 
 
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """What is said of a fingertip, and what it was in the last picture that showed it, if it was seen before."""
+
+    said: Said
+    was: Standing | None
+
+
 class Beliefs:
     """Remembers the fingertips of the last pictures; ``pixel_mm`` is a pixel's usual size."""
 
@@ -47,7 +55,7 @@ class Beliefs:
         self._weights = weights
         self._before: list[Known] = []
 
-    def update(self, now: Sequence[Standing]) -> list[Said]:
+    def update(self, now: Sequence[Standing]) -> list[Belief]:
         """Return what to think of fingertips by this picture and all before."""
         pairs = self._pairs(now)
         last = [self._before[pairs[i]] if i in pairs else None for i in range(len(now))]
@@ -62,7 +70,7 @@ class Beliefs:
             Known(one, state, told, _way_px(one, known))
             for one, state, told, known in zip(now, states, said, last, strict=True)
         ] + lost
-        return said
+        return [Belief(told, None if known is None else known.standing) for told, known in zip(said, last, strict=True)]
 
     def _pairs(self, now: Sequence[Standing]) -> dict[int, int]:
         """Return which of those now are which of those before, where they were or went."""

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from touchd.contacts.aim import heading
-from touchd.contacts.belief import Beliefs
+from touchd.contacts.belief import Belief, Beliefs
 from touchd.contacts.candidates import Walk, find_ends
 from touchd.contacts.company import Standing
 from touchd.contacts.fit import Fitter, Picture, Quality
@@ -33,9 +33,10 @@ _SAME_TIP_MM = 10.0  # no two fingertips are nearer
 _FREE_ROUNDS, _SETTLING_ROUNDS = 1, 2
 _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was only expected
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
-# Log odds of touching from which on a touch begins, down to which it lasts, and below which it surely is over.
+# Log odds of touching from which on a touch begins, down to which it lasts, and below which it is over at once.
 _BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.8
-_FINGER = 0.0  # log odds of being a fingertip at all, from which on it is remembered as one
+_LIFTED = -1.6  # the same, where what touched is itself seen to be a fingertip
+_FINGER = 0.0  # log odds of being a fingertip at all, from which on it is taken for one
 # No two touches are nearer, however far the sensor blurs what it sees; in raw steps, the farther the more.
 _ALONE_MM, _ALONE_STEPS = 10.0, 1.0
 _SEEN_AT_ALL = 0.25  # share of the samples that are the finger's own
@@ -90,8 +91,9 @@ class FingertipMethod:
         self._memory.keep([tip for tip, said in zip(found.tips, opinions, strict=True) if said.finger_odds > _FINGER])
         seen = [one for one in self._steady.settle(_sightings(found, opinions), found.picture) if self._is_sure(one)]
         standing = [self._standing(one) for one in seen]
-        sighting = Sighting([])
-        for one, said in self._apart(standing, self._beliefs.update(standing)):
+        beliefs = self._beliefs.update(standing)
+        sighting = Sighting([], [place_mm for belief in beliefs if (place_mm := _lifted_mm(belief)) is not None])
+        for one, said in self._apart(standing, [belief.said for belief in beliefs]):
             self._tell(one, said, sighting)
         return sighting
 
@@ -235,6 +237,12 @@ def _sighting(tip: Tip, resting: Tip, opinion: Opinion) -> Seen:
         lay,
         opinion,
     )
+
+
+def _lifted_mm(belief: Belief) -> tuple[float, float] | None:
+    """Return where a fingertip was before it lifted: the higher it is, the farther off it may be seen by now."""
+    lifted = belief.said.odds < _LIFTED and belief.said.finger_odds > _FINGER
+    return belief.was.rest_mm if lifted and belief.was is not None else None
 
 
 def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:

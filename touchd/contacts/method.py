@@ -17,8 +17,9 @@ class Sighting:
     """What a method made of one picture.
 
     A contact that is not ``firm`` continues a touch but begins none. ``lifted_mm`` are places (x, y in mm of the area)
-    where a finger is seen that surely does not touch, so that a touch there need not be waited for. ``hovers`` are
-    fingertips that are seen well and do not touch, none of them firm; ``height_mm`` is the gap below each.
+    where a finger is seen that surely does not touch, or where one touched that has lifted: a touch there need not be
+    waited for. ``hovers`` are fingertips that are seen well and do not touch, none of them firm; ``height_mm`` is the
+    gap below each.
     """
 
     contacts: list[Contact]

@@ -17,7 +17,7 @@ _WIDEST_GATE = 3.0  # times gate_mm, after frames were missing
 _FIRST_GATE = 1.5
 # A touch slower than this stays where it is while its contact is missing: the last pixels of a lifted finger wander.
 _COASTS_ABOVE_MM_S = 200.0
-# Of gate_mm: how near to a touch's expected place a lifted finger must be seen to be its own.
+# Of gate_mm: how near to a touch's last or expected place a lifted finger must be seen to be its own.
 _LIFTED_SHARE = 0.2
 _NOTHING = Air()
 
@@ -42,6 +42,11 @@ class Track:
             self.contact.x_mm + self.filtered.vx_mm_s * dt_s,
             self.contact.y_mm + self.filtered.vy_mm_s * dt_s,
         )
+
+    @property
+    def seen_mm(self) -> tuple[float, float]:
+        """Where its fingertip was seen last: its place without its aim."""
+        return self.contact.x_mm - self.contact.aim_mm[0], self.contact.y_mm - self.contact.aim_mm[1]
 
     def expected_seen_mm(self, t_ns: int) -> tuple[float, float]:
         """Return the same without its aim: where its fingertip should be seen."""
@@ -153,8 +158,8 @@ class Tracker:
     def _is_lifted(self, track: Track, t_ns: int, lifted_mm: Sequence[tuple[float, float]]) -> bool:
         """Return whether the finger of a touch without a contact is seen above the surface."""
         near_mm = _LIFTED_SHARE * self._settings.gate_mm
-        expected_mm = track.expected_seen_mm(t_ns)
-        return any(math.dist(expected_mm, place_mm) < near_mm for place_mm in lifted_mm)
+        own_mm = track.expected_seen_mm(t_ns), track.seen_mm
+        return any(math.dist(own, place_mm) < near_mm for own in own_mm for place_mm in lifted_mm)
 
     def _moved(self, last: Cursor, x_mm: float, y_mm: float, seen: Contact, t_ns: int) -> Cursor:
         """Return the cursor at a new place, looking like its contact.
