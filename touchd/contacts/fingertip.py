@@ -35,7 +35,7 @@ _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was onl
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it is over at once.
 _BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.8
-_LIFTED = -1.6  # the same, where what touched is itself seen to be a fingertip
+_LIFTED = -1.4  # the same, where what touched is itself seen to be a fingertip
 _FINGER = 0.0  # log odds of being a fingertip at all, from which on it is taken for one
 # No two touches are nearer, however far the sensor blurs what it sees; in raw steps, the farther the more.
 _ALONE_MM, _ALONE_STEPS = 10.0, 1.0
