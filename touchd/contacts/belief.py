@@ -74,16 +74,18 @@ class Beliefs:
 
     def _pairs(self, now: Sequence[Standing]) -> dict[int, int]:
         """Return which of those now are which of those before, where they were or went."""
-        limit = self._reach_px**2
+        limit, doubted = self._reach_px**2, self._doubted_px**2
+        places = [(one.seen.u, one.seen.v) for one in now]
         near = []
         for j, known in enumerate(self._before):
-            handicap = self._doubted_px**2 if known.said.finger_odds < 0.0 else 0.0
-            (u, v), (x, y) = known.place_px, known.expected_px
-            for i, one in enumerate(now):
-                at_u, at_v = one.seen.u, one.seen.v
-                stayed, went = (u - at_u) ** 2 + (v - at_v) ** 2, (x - at_u) ** 2 + (y - at_v) ** 2
-                if min(stayed, went) < limit:
-                    near.append((min(stayed, went) + handicap, i, j))
+            handicap = doubted if known.said.finger_odds < 0.0 else 0.0
+            (stays_u, stays_v), (goes_u, goes_v) = known.place_px, known.expected_px
+            for i, (u, v) in enumerate(places):
+                stayed = (stays_u - u) * (stays_u - u) + (stays_v - v) * (stays_v - v)
+                went = (goes_u - u) * (goes_u - u) + (goes_v - v) * (goes_v - v)
+                least = went if went < stayed else stayed
+                if least < limit:
+                    near.append((least + handicap, i, j))
         pairs: dict[int, int] = {}
         for _, i, j in sorted(near):
             if i not in pairs and j not in pairs.values():
