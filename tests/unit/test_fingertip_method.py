@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from touchd.contacts.belief import Belief, Beliefs
+from touchd.contacts.belief import Belief, Beliefs, Known
 from touchd.contacts.company import Standing
 from touchd.contacts.fingertip import FingertipMethod, Found
 from touchd.contacts.fit import Picture, Quality
@@ -199,15 +199,17 @@ class Convinced(Beliefs):
 
 
 class Doubting(Beliefs):
-    """Says the odds of touching and of being a fingertip that it is given, and that each was 9 mm farther left."""
+    """Says the odds of touching and of being a fingertip that it is given, and that each came by 9 mm, at a speed."""
 
-    def __init__(self, odds: float, finger_odds: float) -> None:
+    def __init__(self, odds: float, finger_odds: float, way_px: float) -> None:
         super().__init__(1.0, learned_weights())
-        self._odds = odds, finger_odds
+        self._said, self._way_px = Said(odds, finger_odds, 9.0, 0.0, 0.0), way_px
 
     def update(self, now: Sequence[Standing]) -> list[Belief]:
         """Say so of each."""
-        return [Belief(Said(*self._odds, 9.0, 0.0, 0.0), standing_at(one.rest_mm[0] - 9.0, 100.0)) for one in now]
+        was = [standing_at(one.rest_mm[0] - 9.0, 100.0) for one in now]
+        state = np.zeros(32, np.float32)
+        return [Belief(self._said, Known(one, state, self._said, (self._way_px, 0.0))) for one in was]
 
 
 def turned(towards: tuple[float, float], right_mm: float) -> tuple[float, float]:
@@ -229,20 +231,27 @@ def test_of_two_too_near_to_be_two_fingers_the_likelier_one_touches_where_it_is_
 
 
 @pytest.mark.parametrize(
-    ("odds", "finger_odds", "lifted_mm"),
-    [(-2.0, 4.0, [(91.0, 100.0)]), (-1.0, 4.0, []), (-2.0, -1.0, []), (-5.0, -1.0, [(100.0, 100.0)])],
+    ("odds", "finger_odds", "way_px", "lifted_mm"),
+    [
+        (-2.0, 4.0, 1.0, [(91.0, 100.0)]),
+        (-1.0, 4.0, 1.0, []),
+        (-2.0, -1.0, 1.0, []),
+        (-2.0, 4.0, 9.0, []),
+        (-5.0, 4.0, 9.0, [(100.0, 100.0)]),
+    ],
 )
 def test_a_finger_that_is_seen_to_lift_has_left_the_place_where_it_touched(
     method: FingertipMethod,
     monkeypatch: pytest.MonkeyPatch,
     odds: float,
     finger_odds: float,
+    way_px: float,
     lifted_mm: list[tuple[float, float]],
 ) -> None:
     monkeypatch.setattr(method, "look", lambda *_: Found([], [], Quality([], [], []), NOTHING, PICTURE))
     monkeypatch.setattr(method._steady, "settle", lambda *_: [seen_at(300.0, 200.0)])
     monkeypatch.setattr(method, "_standing", lambda _: standing_at(100.0, 100.0))
-    method._beliefs = Doubting(odds, finger_odds)
+    method._beliefs = Doubting(odds, finger_odds, way_px)
     assert method.find(np.zeros((480, 640), np.uint16), []).lifted_mm == lifted_mm
 
 

@@ -40,10 +40,10 @@ class Known:
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """What is said of a fingertip, and what it was in the last picture that showed it, if it was seen before."""
+    """What is said of a fingertip, and what was known of it before, if it was seen before."""
 
     said: Said
-    was: Standing | None
+    before: Known | None
 
 
 class Beliefs:
@@ -70,7 +70,7 @@ class Beliefs:
             Known(one, state, told, _way_px(one, known))
             for one, state, told, known in zip(now, states, said, last, strict=True)
         ] + lost
-        return [Belief(told, None if known is None else known.standing) for told, known in zip(said, last, strict=True)]
+        return [Belief(told, known) for told, known in zip(said, last, strict=True)]
 
     def _pairs(self, now: Sequence[Standing]) -> dict[int, int]:
         """Return which of those now are which of those before, where they were or went."""
@@ -83,7 +83,7 @@ class Beliefs:
             for i, (u, v) in enumerate(places):
                 stayed = (stays_u - u) * (stays_u - u) + (stays_v - v) * (stays_v - v)
                 went = (goes_u - u) * (goes_u - u) + (goes_v - v) * (goes_v - v)
-                least = went if went < stayed else stayed
+                least = min(stayed, went)
                 if least < limit:
                     near.append((least + handicap, i, j))
         pairs: dict[int, int] = {}

@@ -35,7 +35,8 @@ _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was onl
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it is over at once.
 _BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.8
-_LIFTED = -1.4  # the same, where what touched is itself seen to be a fingertip
+_LIFTED = -1.4  # the same, where what touched is itself seen to be a fingertip that
+_KEPT_STILL_MM = 7.0  # had not moved farther from one picture to the next: the odds of one on its way waver
 _FINGER = 0.0  # log odds of being a fingertip at all, from which on it is taken for one
 # No two touches are nearer, however far the sensor blurs what it sees; in raw steps, the farther the more.
 _ALONE_MM, _ALONE_STEPS = 10.0, 1.0
@@ -92,7 +93,7 @@ class FingertipMethod:
         seen = [one for one in self._steady.settle(_sightings(found, opinions), found.picture) if self._is_sure(one)]
         standing = [self._standing(one) for one in seen]
         beliefs = self._beliefs.update(standing)
-        sighting = Sighting([], [place_mm for belief in beliefs if (place_mm := _lifted_mm(belief)) is not None])
+        sighting = Sighting([], [place_mm for belief in beliefs if (place_mm := self._lifted_mm(belief)) is not None])
         for one, said in self._apart(standing, [belief.said for belief in beliefs]):
             self._tell(one, said, sighting)
         return sighting
@@ -162,6 +163,14 @@ class FingertipMethod:
         apart_mm = _ALONE_MM + _ALONE_STEPS * self._step_mm
         kept = distinct([one.rest_mm for one in standing], [each.odds for each in said], apart_mm)
         return [(standing[i], said[i]) for i in kept]
+
+    def _lifted_mm(self, belief: Belief) -> tuple[float, float] | None:
+        """Return where a fingertip was before it lifted: the higher it is, the farther off it may be seen by now."""
+        said, before = belief.said, belief.before
+        if before is None or said.odds > _LIFTED or said.finger_odds < _FINGER:
+            return None
+        kept_still = hypot(*before.way_px) * self._pixel_mm < _KEPT_STILL_MM
+        return before.standing.rest_mm if kept_still else None
 
     def _tell(self, one: Standing, said: Said, sighting: Sighting) -> None:
         """Add one fingertip to what is said of the picture."""
@@ -237,12 +246,6 @@ def _sighting(tip: Tip, resting: Tip, opinion: Opinion) -> Seen:
         lay,
         opinion,
     )
-
-
-def _lifted_mm(belief: Belief) -> tuple[float, float] | None:
-    """Return where a fingertip was before it lifted: the higher it is, the farther off it may be seen by now."""
-    lifted = belief.said.odds < _LIFTED and belief.said.finger_odds > _FINGER
-    return belief.was.rest_mm if lifted and belief.was is not None else None
 
 
 def _walk_for(pixel_mm: float, fatten_px: float) -> Walk:
