@@ -35,8 +35,10 @@ _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was onl
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it is over at once.
 _BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.8
-_LIFTED = -1.4  # the same, where what touched is itself seen to be a fingertip that
-_KEPT_STILL_MM = 7.0  # had not moved farther from one picture to the next: the odds of one on its way waver
+# The latter where what touched is itself seen to be a fingertip. Odds waver on the way, so that it must have been
+# still, which is to say nearer to where it was in the picture before, noise included; in raw steps.
+_LIFTED = -1.4
+_STILL_MM, _STILL_STEPS = 6.0, 1.0
 _FINGER = 0.0  # log odds of being a fingertip at all, from which on it is taken for one
 # No two touches are nearer, however far the sensor blurs what it sees; in raw steps, the farther the more.
 _ALONE_MM, _ALONE_STEPS = 10.0, 1.0
@@ -169,7 +171,7 @@ class FingertipMethod:
         said, before = belief.said, belief.before
         if before is None or said.odds > _LIFTED or said.finger_odds < _FINGER:
             return None
-        kept_still = hypot(*before.way_px) * self._pixel_mm < _KEPT_STILL_MM
+        kept_still = hypot(*before.way_px) * self._pixel_mm < _STILL_MM + _STILL_STEPS * self._step_mm
         return before.standing.rest_mm if kept_still else None
 
     def _tell(self, one: Standing, said: Said, sighting: Sighting) -> None:
