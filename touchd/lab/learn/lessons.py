@@ -65,7 +65,5 @@ def belief_lessons() -> Iterator[Lesson]:
         yield Lesson(scene, height_mm, 422)
     for scene, height_mm in product(_GROUPS, (600.0, 1000.0, 1250.0, 1900.0)):
         yield Lesson(scene, height_mm, 425)
-    for scene, height_mm, seed in product(_GROUPS, (750.0, 1500.0), (426, 427)):
-        yield Lesson(scene, height_mm, seed)
     for seed in _LATER_WORLDS:
         yield Lesson(None, 0.0, seed)
