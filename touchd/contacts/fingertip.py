@@ -35,8 +35,8 @@ _SHOWN_RANK = 100.0  # a tip that the picture shows goes before one that was onl
 _SCALE_RATIO = 1.12  # of neighbouring pixel sizes that templates are made for
 # Log odds of touching from which on a touch begins, down to which it lasts, and below which it is over at once.
 _BEGINS, _LASTS, _OVER = 1.8, -1.2, -2.8
-# The latter where what touched is itself seen to be a fingertip. Odds waver on the way, so that it must have been
-# still, which is to say nearer to where it was in the picture before, noise included; in raw steps.
+# It is over at once below the first of these, too, if it is seen to be a fingertip that had moved less than the others
+# (in mm and raw steps, for the noise) from one picture to the next: the odds of one on its way waver.
 _LIFTED = -1.4
 _STILL_MM, _STILL_STEPS = 6.0, 1.0
 _FINGER = 0.0  # log odds of being a fingertip at all, from which on it is taken for one
