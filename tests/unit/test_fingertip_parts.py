@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from touchd.contacts.candidates import Outline, Walk, find_ends
-from touchd.contacts.fit import Fitted
+from touchd.contacts.fit import Fitted, best_steps
 from touchd.contacts.heights import HIGHEST_MM, Lay
 from touchd.contacts.memory import Memory
 from touchd.contacts.neighbours import close, distinct, owned_samples
@@ -169,6 +169,12 @@ def test_a_fit_that_could_not_be_solved_rests_where_it_is() -> None:
     axes = [((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))]
     fitted = Fitted(samples, samples, samples > 0.0, axes, steps=[[[0.0, 0.0]] * UNKNOWNS])
     assert fitted.at_rest([tip]) == [tip]
+
+
+def test_equations_that_cannot_be_solved_lead_nowhere() -> None:
+    side = UNKNOWNS + 1
+    nothing, untrusted = np.zeros((1, side, side), np.float32), ((0.0,) * UNKNOWNS, (0.0,) * UNKNOWNS)
+    assert best_steps(nothing, [untrusted]) == [[[0.0, 0.0]] * UNKNOWNS]
 
 
 def test_of_two_fingers_side_by_side_each_owns_what_is_nearer_to_it() -> None:

@@ -7,6 +7,7 @@ from each is what is said of it, where it is as seen from the one asked about, a
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import log
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from touchd.contacts.steady import Seen
 from touchd.model import Floats
 
 _BESIDE_MM = 150.0  # a hand's breadth; what is farther is no company
-_NEAREST = 3  # of those beside it are told one by one
+_NEAREST, _TOLD = 3, 7  # so many of those beside it are told one by one, of each so much
 _ABSENT = (0.0, -1.0, 3.0, 0.0)  # what is told of all beside it, where there is nobody
 
 
@@ -37,15 +38,29 @@ class Standing:
         return x_mm + along_mm * c - across_mm * s, y_mm + along_mm * s + across_mm * c
 
 
+class _Beside(NamedTuple):
+    """What stands beside a fingertip: how far squared, which of all, and the way there in mm."""
+
+    squared: float
+    which: int
+    way_x: float
+    way_y: float
+    other: Standing
+
+
 def company(now: Sequence[Standing], before: Sequence[Standing | None]) -> tuple[Floats, Floats]:
     """Return inputs (N, F) of the recurrent network, and how much each of N fingertips hears of the others (N, N).
 
     ``before``: the same fingertips in the last pictures.
     """
-    own = np.array([_looks(one.seen) + _moved(one, last) for one, last in zip(now, before, strict=True)], np.float32)
-    beside, hearing = _beside(now)
+    own, hearing = [], np.zeros((len(now), len(now)), np.float32)
+    for row, (one, last) in enumerate(zip(now, before, strict=True)):
+        beside = _beside(one, now)
+        own.append((*_looks(one.seen), *_moved(one, last), *_one_by_one(one, beside), *_together(beside)))
+        for other in beside:
+            hearing[row, other.which] = 1.0 / len(beside)
     impressions = np.stack([one.seen.opinion.impression for one in now])
-    return np.concatenate([own, beside, impressions], axis=1), hearing
+    return np.concatenate([np.array(own, np.float32), impressions], axis=1), hearing
 
 
 def _looks(seen: Seen) -> tuple[float, ...]:
@@ -82,42 +97,39 @@ def _moved(one: Standing, last: Standing | None) -> tuple[float, ...]:
     )
 
 
-def _beside(now: Sequence[Standing]) -> tuple[Floats, Floats]:
-    """Return what is told of those beside each of N fingertips (N, B), and how much it hears of them (N, N)."""
-    count = len(now)
-    told = np.zeros((count, _NEAREST, 7), np.float32)
-    together = np.array([_ABSENT] * count, np.float32)
-    if count < 2:
-        return np.concatenate([told.reshape(count, -1), together], axis=1), np.zeros((count, count), np.float32)
-    x, y, c, s, odds, finger, clearance = np.array(
-        [
-            (
-                *one.under_mm,
-                *one.towards,
-                one.seen.odds / 3.0,
-                one.seen.finger_odds / 3.0,
-                one.seen.clearance_mm / 10.0,
-            )
-            for one in now
-        ],
-        np.float32,
-    ).T
-    way_x, way_y = x - x[:, None], y - y[:, None]
-    away = np.hypot(way_x, way_y)
-    np.fill_diagonal(away, np.inf)
-    near = away < _BESIDE_MM
-    along, across = (way_x.T * c + way_y.T * s).T / 40.0, (way_y.T * c - way_x.T * s).T / 40.0
-    order = np.argsort(away, axis=1, kind="stable")[:, :_NEAREST]
-    which = np.arange(count)[:, None], order
-    cosine = (c * c[:, None] + s * s[:, None])[which]
-    facts = [near[which], along[which], across[which], odds[order], finger[order], clearance[order], cosine]
-    told[:, : order.shape[1]] = np.stack(facts, axis=2) * near[which][:, :, None]
-    fingers = near & (finger > 0.0)
-    some = fingers.any(axis=1)
-    total = fingers.sum(axis=1)
-    together[some, 0] = total[some] / np.float32(3.0)
-    together[some, 1] = np.where(fingers, odds, -np.inf).max(axis=1)[some]
-    together[some, 2] = np.where(fingers, clearance, np.inf).min(axis=1)[some]
-    together[some, 3] = (fingers @ odds)[some] / total[some]
-    hearing = near / np.maximum(near.sum(axis=1, keepdims=True), 1).astype(np.float32)
-    return np.concatenate([told.reshape(count, -1), together], axis=1), hearing.astype(np.float32)
+def _beside(one: Standing, now: Sequence[Standing]) -> list[_Beside]:
+    """Return what stands beside a fingertip, the nearest first. There are so few that numpy would take longer."""
+    (x_mm, y_mm), limit, beside = one.under_mm, _BESIDE_MM * _BESIDE_MM, []
+    for which, other in enumerate(now):
+        way_x, way_y = other.under_mm[0] - x_mm, other.under_mm[1] - y_mm
+        squared = way_x * way_x + way_y * way_y
+        if squared < limit and other is not one:
+            beside.append(_Beside(squared, which, way_x, way_y, other))
+    beside.sort()
+    return beside
+
+
+def _one_by_one(one: Standing, beside: Sequence[_Beside]) -> list[float]:
+    """Return what is told of each of the nearest, as seen from a fingertip."""
+    told: list[float] = []
+    c, s = one.towards
+    for _, _, way_x, way_y, other in beside[:_NEAREST]:
+        told += (
+            1.0,
+            (way_x * c + way_y * s) / 40.0,
+            (way_y * c - way_x * s) / 40.0,
+            other.seen.odds / 3.0,
+            other.seen.finger_odds / 3.0,
+            other.seen.clearance_mm / 10.0,
+            c * other.towards[0] + s * other.towards[1],
+        )
+    return told + [0.0] * (_NEAREST * _TOLD - len(told))
+
+
+def _together(beside: Sequence[_Beside]) -> tuple[float, ...]:
+    """Return what is told of all fingertips beside one."""
+    fingers = [near.other.seen for near in beside if near.other.seen.finger_odds > 0.0]
+    if not fingers:
+        return _ABSENT
+    odds, count = [finger.odds / 3.0 for finger in fingers], len(fingers)
+    return count / 3.0, max(odds), min(finger.clearance_mm for finger in fingers) / 10.0, sum(odds) / count

@@ -115,7 +115,7 @@ class Fitter:
             residual = seen * rows[:, 1] + np.matmul(np.array(off, np.float32)[:, None], rows)[:, 0]
             rows[:, 1] = residual
             products = _products(rows[:, 1:], _counted(residual, known, bed.above))
-            steps = _steps(products, priors)
+            steps = best_steps(products, priors)
             for tip, axis, step in zip(tips, axes, steps, strict=True):
                 _move(tip, axis, [best for best, _ in step])
             fitted = Fitted(residual, known, bed.core, axes, steps)
@@ -251,21 +251,21 @@ def _prior(tip: Tip) -> Prior:
     )
 
 
-def _steps(products: Floats, priors: Sequence[Prior]) -> list[list[list[float]]]:
-    """Return for N tips and each unknown the best step, and its covariance with the clearance.
+def best_steps(products: Floats, priors: Sequence[Prior]) -> list[list[list[float]]]:
+    """Return for N tips and each unknown the best step, and its covariance with the clearance; 0 where none is best.
 
-    The best step leads to the least sum of weighed squared residuals and of distances from what is likely.
+    The best step leads to the least sum of weighed squared residuals and of distances from what is likely. ``products``
+    (N, 7, 7): sums over samples of the products of residuals and weighed slopes, which are changed.
     """
     trust, pull = np.array(priors, np.float32).transpose(1, 0, 2)
     products.reshape(-1, _SIDE * _SIDE)[:, _SIDE + 1 :: _SIDE + 1] += trust
     wanted = np.zeros((len(priors), UNKNOWNS, 2), np.float32)
     np.add(products[:, 1:, 0], pull, out=wanted[..., 0])
     wanted[:, _CLEARANCE, 1] = 1.0
-    # For a few small systems numpy's way to LAPACK takes longer than solving them.
-    steps: list[list[list[float]]] = [
-        np.asarray(cv2.solve(hessian, right, flags=cv2.DECOMP_CHOLESKY)[1]).tolist()
-        for hessian, right in zip(products[:, 1:, 1:], wanted, strict=True)
-    ]
+    try:
+        steps: list[list[list[float]]] = np.linalg.solve(products[:, 1:, 1:], wanted).tolist()
+    except np.linalg.LinAlgError:  # rounding left nothing to solve of one of them; the next picture is another
+        steps = np.zeros_like(wanted).tolist()
     return steps
 
 

@@ -76,9 +76,9 @@ def step(weights: Weights, inputs: Floats, before: Floats, hearing: Floats) -> t
     size = weights.state_size
     now = np.concatenate([look, heard], axis=1) @ weights.gates + weights.gates_bias
     then = before @ weights.past
-    seen, kept = np.split(opened(now[:, : 2 * size] + then[:, : 2 * size]), 2, axis=1)
-    new = np.tanh(now[:, 2 * size :] + seen * (then[:, 2 * size :] + weights.past_bias))
-    state = new + kept * (before - new)
+    gates = opened(now[:, : 2 * size] + then[:, : 2 * size])
+    new = np.tanh(now[:, 2 * size :] + gates[:, :size] * (then[:, 2 * size :] + weights.past_bias))
+    state = new + gates[:, size:] * (before - new)
     said: list[list[float]] = (np.concatenate([state, look], axis=1) @ weights.answer + weights.answer_bias).tolist()
     return [
         Said(odds, finger, CLEARANCE_MM * clearance, PLACE_MM * along, PLACE_MM * across)
@@ -88,7 +88,10 @@ def step(weights: Weights, inputs: Floats, before: Floats, hearing: Floats) -> t
 
 def scaled(weights: Weights, inputs: Floats) -> Floats:
     """Return inputs (N, F) as a network takes them."""
-    taken: Floats = np.clip((inputs - weights.centre) / weights.scale, -_MOST, _MOST)
+    taken = (inputs - weights.centre) / weights.scale
+    # In one pass each; numpy's clip takes twice as long.
+    np.minimum(taken, _MOST, out=taken)
+    np.maximum(taken, -_MOST, out=taken)
     return taken
 
 
