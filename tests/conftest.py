@@ -1,6 +1,7 @@
 """Fixtures that tests of every kind share."""
 
 import os
+import signal
 import tarfile
 import tempfile
 from collections.abc import Iterator
@@ -10,6 +11,10 @@ import pytest
 
 # The recordings are too big for the repository and lie beside it.
 _RECORDINGS = Path(__file__).parents[1] / ".." / "shared" / "recordings"
+
+# A shell's background jobs ignore this signal, and so would the programs that tests start and interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -14,9 +14,10 @@ _SAME_MM = 25.0
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """A fingertip's way so far: the number of its touch or hover, and where it was told to be (area coordinates).
+    """A fingertip's way so far: the number of its touch or hover, and where it was told to be.
 
-    ``contact`` is what was seen of it last, at ``seen_ns``; ``rise_mm_s`` how fast it rose then.
+    ``x``, ``y`` in area coordinates, ``height_mm`` above the surface. ``contact`` is what was seen of it last, at
+    ``seen_ns``; ``rise_mm_s`` how fast it rose then.
     """
 
     number: int
@@ -26,6 +27,7 @@ class Path:
     filtered: OneEuro
     seen_ns: int
     rise_mm_s: float = 0.0
+    height_mm: float = 0.0
 
     def expected_mm(self, t_ns: int) -> tuple[float, float]:
         """Return where it should be by a time if it kept its speed."""

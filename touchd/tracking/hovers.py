@@ -85,7 +85,7 @@ class HoverTracker:
 
     def _begin(self, contact: Contact, t_ns: int) -> _Track:
         filtered = OneEuro(contact.x_mm, contact.y_mm)
-        path = Path(self._new_id(), contact.x, contact.y, contact, filtered, t_ns)
+        path = Path(self._new_id(), contact.x, contact.y, contact, filtered, t_ns, height_mm=contact.height_mm)
         return _Track(path)
 
     def _follow(self, track: _Track, contact: Contact, t_ns: int) -> _Track:
@@ -99,8 +99,10 @@ class HoverTracker:
             vx = vy = 0.0
         rise_mm_s = (contact.height_mm - path.contact.height_mm) / dt_s
         rise_mm_s = path.rise_mm_s + smoothing(_RISE_CUTOFF_HZ, dt_s) * (rise_mm_s - path.rise_mm_s)
+        weight = smoothing(settings.min_cutoff_hz + settings.beta_hz_s_mm * abs(rise_mm_s), dt_s)
+        height_mm = path.height_mm + weight * (contact.height_mm - path.height_mm)
         number = path.number or self._new_id()
-        way = Path(number, x, y, contact, filtered, t_ns, rise_mm_s)
+        way = Path(number, x, y, contact, filtered, t_ns, rise_mm_s, height_mm)
         return _Track(way, (vx, vy), track.session_id)
 
     def _told(self, track: _Track) -> Hover:
@@ -109,7 +111,7 @@ class HoverTracker:
             path.number,
             path.x,
             path.y,
-            path.contact.height_mm,
+            path.height_mm,
             vx=track.velocity[0],
             vy=track.velocity[1],
             vz_mm_s=0.0 if abs(path.rise_mm_s) < self._settings.rest_mm_s else path.rise_mm_s,
