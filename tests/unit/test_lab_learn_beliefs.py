@@ -34,6 +34,7 @@ def made_up(frames: int, seed: int = 0) -> Course:
         heard=np.column_stack([rows, other]),
         touching=touching,
         finger=np.ones(2 * frames, np.bool_),
+        either=np.zeros(2 * frames, np.bool_),
         clearance_mm=np.where(touching, 0.0, 20.0).astype(np.float32),
         place_mm=rng.normal(0.0, 2.0, (2 * frames, 2)).astype(np.float32),
         step_mm=np.full(2 * frames, 1.6, np.float32),
@@ -56,6 +57,14 @@ def test_chunks_begin_without_a_past_and_keep_to_their_frames() -> None:
     assert second.last[:4].tolist() == [-1, -1, 0, 1]
     assert second.hearing[0].tolist() == [[0.0, 1.0], [1.0, 0.0]]
     assert first.answers[:, 1].all()
+
+
+def test_of_a_finger_that_may_be_taken_for_touching_or_not_neither_that_nor_its_height_is_taught() -> None:
+    course = made_up(7)
+    (plain,), (held,) = chunked(course), chunked(replace(course, either=np.ones(14, np.bool_)))
+    assert plain.counts[:, [0, 2]].all()
+    assert not held.counts[:, [0, 2]].any()
+    assert held.counts[:, 1].all()
 
 
 def test_gradients_are_the_loss_s_slopes() -> None:

@@ -34,8 +34,9 @@ class Course:
 
     ``inputs`` (R, F) float32. ``frame``, ``last`` (R,): the frame of each row, and which row the same fingertip was
     before, or -1. ``heard`` (E, 2): rows beside each other, the first of which hears of the second. What was true:
-    ``touching``, ``finger`` (R,) bool, ``clearance_mm``, ``step_mm`` (R,) float32, and how far along and across the
-    finger it was from where it is seen at rest, ``place_mm`` (R, 2) float32. Both are 0 without a finger.
+    ``touching``, ``finger``, ``either`` (R,) bool, the last of fingers that hold a thing and may be taken for touching
+    or not; ``clearance_mm``, ``step_mm`` (R,) float32, and how far along and across the finger it was from where it is
+    seen at rest, ``place_mm`` (R, 2) float32. Both are 0 without a finger.
     """
 
     inputs: Floats
@@ -44,6 +45,7 @@ class Course:
     heard: Rows
     touching: Mask
     finger: Mask
+    either: Mask
     clearance_mm: Floats
     place_mm: Floats
     step_mm: Floats
@@ -143,6 +145,7 @@ def _gathered(rows: Sequence[_Row], watched: _Watched) -> Course:
         heard=np.array(watched.heard, np.int64).reshape(-1, 2),
         touching=np.array([tip is not None and tip.touching for tip in true]),
         finger=np.array([tip is not None for tip in true]),
+        either=np.array([tip is not None and tip.either for tip in true]),
         clearance_mm=np.array([0.0 if tip is None else tip.clearance_mm for tip in true], np.float32),
         place_mm=np.array([row.place_mm for row in rows], np.float32),
         step_mm=np.array([row.step_mm for row in rows], np.float32),

@@ -63,8 +63,9 @@ def chunked(course: Course) -> Iterator[Chunk]:
     there = placed(course.touching, course.place_mm)
     place = np.where(there[:, None], course.place_mm, 0.0) / PLACE_MM
     answers = np.column_stack([low, course.finger, np.where(near, course.clearance_mm, 0.0) / CLEARANCE_MM, place])
+    near &= ~course.either
     counts = np.column_stack(
-        [~unclear, np.full(len(low), _FINGER), _CLEARANCE * near, _PLACE * there, _PLACE * there],
+        [~(unclear | course.either), np.full(len(low), _FINGER), _CLEARANCE * near, _PLACE * there, _PLACE * there],
     )
     for first in range(int(course.frame[0]), int(course.frame[-1]) + 1, _FRAMES):
         begin, end = np.searchsorted(course.frame, [first, first + _FRAMES]).tolist()

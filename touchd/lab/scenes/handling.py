@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import partial
-from math import atan2, cos, degrees, hypot, radians
+from math import atan2, cos, degrees, dist, hypot, radians
 
 from touchd.lab.scenes import things
 from touchd.lab.scenes.cast import NS, Cast, above, anywhere, end_ms, fly_to, lift, press, visit
@@ -22,6 +22,9 @@ _HOLDING_MM = 15.0  # fingertips that hold something lower than this, at 0.75 m,
 _THIN_MM = 2.0  # thinner things are pushed from above
 _BESIDE_FROM_MM, _BESIDE_TO_MM = 35.0, 150.0
 _BEHIND = 0.6  # as the cosine of how far to the side of straight ahead something is
+# How far arms keep off a thing, from their middle, and where along them, from the fingertip, that is looked at.
+_OFF_MM, _ALONG_ARM_MM = 50.0, (50.0, 100.0, 150.0, 200.0, 250.0, 300.0)
+_OVER_MM = 20.0  # hands fly over things by this much
 _TRIES = 400
 
 
@@ -67,15 +70,20 @@ def laptop(room: Room) -> Cast:
 def _handled(room: Room, kind: Kind) -> Cast:
     owner, lies = _someone_with_a_place(room)
     put = _carry(room, owner, kind, lies, 200.0)
-    beside = _touching(room, owner.person, _beside(room, owner, kind, lies, 3), end_ms(put) + 100.0)
+    over_mm = kind.size_mm[2] + _OVER_MM
+    beside = _touching(room, owner.person, _beside(room, owner, kind, lies, 3), end_ms(put) + 100.0, over_mm)
     on = _touching(room, owner.person, _on(room, kind, lies, 3), put.legs[2].end_ns / NS + 1e3 * TOUCHABLE_AFTER_S)
     on = replace(on, ground=Ground((kind.as_ground(lies),)))
     push_mm = room.between(58.0, 72.0)
     pushed = replace(lies, at_mm=place_at(lies.at_mm, push_mm, owner.heading_deg))
     push = _push(room, owner, kind, lies, push_mm, end_ms(on) + 200.0)
     freed = place_at(lies.at_mm, kind.edge_mm(lies, owner.heading_deg) - 0.45 * push_mm, owner.heading_deg + 180.0)
-    after = _touching(room, owner.person, [freed, *_beside(room, owner, kind, pushed, 1)], end_ms(push) + 200.0)
+    again = [freed, *_beside(room, owner, kind, pushed, 1)]
+    after = _touching(room, owner.person, again, end_ms(push) + 200.0, over_mm)
     take = _carry(room, owner, kind, pushed, end_ms(after) + 200.0)
+    if kind.hold_in_mm > 0.0:
+        # Fingertips that take it by its upper side touch what has become part of the surface.
+        take = replace(take, holding_mm=take.holding_mm + kind.hold_up_mm)
     gone = _touching(room, owner.person, [*_on(room, kind, pushed, 3), freed], end_ms(take) + 100.0)
     phases = (
         _held(put, (0, 2), lies.at_mm, 2),
@@ -136,16 +144,22 @@ def _push(room: Room, owner: Owner, kind: Kind, laid: Laid, push_mm: float, star
     return replace(hand, ground=Ground((kind.as_ground(laid),))) if thin else hand
 
 
-def _touching(room: Room, person: Person, places: list[Place], start_ms: float) -> Performer:
-    """Return a hand that touches places one after the other."""
+def _touching(room: Room, person: Person, places: list[Place], start_ms: float, over_mm: float = 0.0) -> Performer:
+    """Return a hand that touches places one after the other, and between them is at least so high."""
     begin = above(room, POINTING, places[0], room.between(28.0, 55.0))
     left = bool(room.rng.random() < 0.4)
-    return visit(room, person, int(left), begin, start_ms, partial(_touch_each, room, places), left=left)
+    return visit(room, person, int(left), begin, start_ms, partial(_touch_each, room, places, over_mm), left=left)
 
 
-def _touch_each(room: Room, places: list[Place], way: Way) -> None:
+def _touch_each(room: Room, places: list[Place], over_mm: float, way: Way) -> None:
     for place in places:
-        fly_to(way, place)
+        low = way.here
+        if over_mm > low.lifts_mm[0]:
+            way.go(low.lifted(over_mm), 150.0)
+            fly_to(way, place)
+            way.go(low.moved(place), 150.0)
+        else:
+            fly_to(way, place)
         touch_once(room, way, room.between(150.0, 400.0))
 
 
@@ -158,15 +172,35 @@ def _on(room: Room, kind: Kind, laid: Laid, count: int) -> list[Place]:
 def _beside(room: Room, owner: Owner, kind: Kind, laid: Laid, count: int) -> list[Place]:
     """Return places beside a thing, near it and not behind it as its owner sees it."""
     tries = [anywhere(room, 0.06) for _ in range(_TRIES)]
-    return [at for at in tries if _is_beside(owner, kind, laid, at)][:count]
+    arms = [pivot(room, owner.person, left) for left in (False, True)]
+    return [
+        at
+        for at in tries
+        if _is_beside(owner, kind, laid, at) and not any(_arm_meets(kind, laid, at, arm) for arm in arms)
+    ][:count]
 
 
 def _is_beside(owner: Owner, kind: Kind, laid: Laid, at: Place) -> bool:
-    x_mm, y_mm = at[0] - laid.at_mm[0], at[1] - laid.at_mm[1]
-    bearing = degrees(atan2(x_mm, -y_mm))
-    off_mm = hypot(x_mm, y_mm) - kind.edge_mm(laid, bearing)
-    behind = cos(radians(bearing - owner.heading_deg)) > _BEHIND
-    return _BESIDE_FROM_MM < off_mm < _BESIDE_TO_MM and not behind
+    behind = cos(radians(_bearing_deg(laid, at) - owner.heading_deg)) > _BEHIND
+    return _BESIDE_FROM_MM < _off_mm(kind, laid, at) < _BESIDE_TO_MM and not behind
+
+
+def _arm_meets(kind: Kind, laid: Laid, at: Place, pivot_mm: Place) -> bool:
+    """Return whether the arm that comes from a pivot to a fingertip would go through a thing."""
+    way_mm = dist(at, pivot_mm)
+    shares = [along_mm / way_mm for along_mm in _ALONG_ARM_MM]
+    arm = [(at[0] + k * (pivot_mm[0] - at[0]), at[1] + k * (pivot_mm[1] - at[1])) for k in shares]
+    return any(_off_mm(kind, laid, place) < _OFF_MM for place in arm)
+
+
+def _bearing_deg(laid: Laid, at: Place) -> float:
+    """Return in which direction a place is from a thing's middle."""
+    return degrees(atan2(at[0] - laid.at_mm[0], laid.at_mm[1] - at[1]))
+
+
+def _off_mm(kind: Kind, laid: Laid, at: Place) -> float:
+    """Return how far a place is from a thing's edge, outwards from its middle."""
+    return dist(at, laid.at_mm) - kind.edge_mm(laid, _bearing_deg(laid, at))
 
 
 def _held(holder: Performer, legs: tuple[int, int], middle_mm: Place, at_leg: int) -> Phase:
