@@ -8,7 +8,7 @@ import pytest
 from touchd.hands.stage import HandStage
 from touchd.model import Contact, Frame, Mask, TableObject
 from touchd.table.hands import HandPose, pointing_hand
-from touchd.table.scene import Hand, Place
+from touchd.table.scene import Block, Hand, Place
 
 from tabletop import FRAME_NS, Watch, booklet, cup, in_dark_sleeve, phone, tabletop
 
@@ -147,6 +147,43 @@ def test_what_the_surface_took_in_stays_an_object_until_the_surface_lets_it_go()
         assert [o.object_id for o in stage.objects] == [1]
     assert stage.admitted([contact_in_the_middle()]) == [contact_in_the_middle()]
     assert watch.see(joined=np.zeros_like(mask)).objects == ()
+
+
+def taken_in(watch: Watch) -> Mask:
+    """Put a booklet down and wait until it is offered to the surface; return where."""
+    put_down(watch, booklet, 15.0)
+    mask = None
+    while mask is None:
+        mask = _due_after(watch, booklet((0.0, 0.0)))
+    for _ in range(3):
+        watch.see(joined=mask)
+    return mask
+
+
+def test_what_is_put_on_a_thing_that_the_surface_took_in_is_offered_to_it_in_its_turn() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=0.5)
+    joined = taken_in(watch)
+    offered = []
+    for _ in range(30):
+        stage = watch.see(phone((0.0, 0.0)), joined=joined)
+        offered.append(stage.due(watch.t_ns) is not None)
+    assert sum(offered) == 1
+    assert [o.object_id for o in stage.objects] == [1, 2]
+    assert stage.admitted([contact_in_the_middle()]) == []
+    watch.see(joined=joined)
+    assert stage.admitted([contact_in_the_middle()]) == [contact_in_the_middle()]
+
+
+def test_the_edge_of_a_thing_that_the_surface_took_in_is_no_object_of_its_own_and_is_offered_to_it() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=0.5)
+    joined = taken_in(watch)
+    edge = Hand((Block((80.0, 0.0, 0.0), (12.0, 90.0, 9.0), 10.0),), ())
+    offered = []
+    for _ in range(30):
+        stage = watch.see(edge, joined=joined)
+        offered.append(stage.due(watch.t_ns) is not None)
+        assert [o.object_id for o in stage.objects] == [1]
+    assert sum(offered) == 1
 
 
 def test_contacts_on_a_thing_are_dropped_and_those_on_what_may_be_one_begin_no_touch() -> None:

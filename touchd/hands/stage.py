@@ -139,7 +139,8 @@ class HandStage:
     @property
     def objects(self) -> tuple[TableObject, ...]:
         """The things that lie on the surface, in the order of their ids."""
-        return tuple(TableObject(thing.object_id, thing.outline, thing.height_mm) for thing in self._things.things)
+        things = (thing for thing in self._things.things if not thing.is_edge)
+        return tuple(TableObject(thing.object_id, thing.outline, thing.height_mm) for thing in things)
 
     @property
     def _living(self) -> set[int]:

@@ -46,7 +46,8 @@ class Thing:
 
     ``outline``: in area coordinates. ``odd_ns``: since when it does not look as it did, None if it does. ``asked_ns``:
     when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface.
-    ``covered``: whether something stands over it now.
+    ``covered``: whether something stands over it now. ``is_edge``: whether it is but the edge of a thing that the
+    surface took in, which reads otherwise by now.
     """
 
     object_id: int
@@ -59,6 +60,7 @@ class Thing:
     asked_ns: int | None = None
     taken: bool = False
     covered: bool = False
+    is_edge: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,6 +24,8 @@ _PUSH_MM = 35.0  # at most in a frame
 _STAYS_MM, _STAYS_PX = 8.0, 2.5  # a thing that was pushed no farther, all in all, still lies where it did
 _AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
 _ASKED_NS = 5_000_000_000  # the surface takes it in within this time, or is asked again
+_SUNK = 0.3  # of what is seen of it reads as the surface once that has taken it in
+_EDGE_SHARE = 0.1  # of a thing that the surface has taken in: less beside it, and no higher, is its edge
 _THERE_SHARE = 0.5  # of the level: what is higher is the thing, once it is known that there is one
 _ZONE_MM = 15.0  # around a thing, in which its own edge could be taken for a fingertip
 _SIDE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((7, 7), np.uint8)
@@ -101,11 +103,13 @@ class ThingTracker:
         self, thing: Thing, picture: CoarsePicture, standing: Standing | None, joined: Mask | None, t_ns: int
     ) -> Thing | None:
         """Return a thing as a picture shows it, None where it does not any more."""
-        if joined is not None and is_part(thing.shape, joined):
-            return replace(thing, taken=True)
+        lies_on_joined = joined is not None and is_part(thing.shape, joined)
         if thing.taken:
-            return None
+            return thing if lies_on_joined else None
         look = look_at(thing, picture, standing)
+        # The surface may have taken in only what is below it.
+        if lies_on_joined and thing.asked_ns is not None and look.left > _SUNK:
+            return replace(thing, taken=True)
         thing = replace(thing, covered=look.seen < _UNCOVERED)
         if look.touched and look.left > _BARELY_LEFT:
             pushed = self._pushed(thing, picture)
@@ -154,21 +158,25 @@ class ThingTracker:
         heights = np.where(mask, seen, np.float32(0.0))
         beside = set(np.flatnonzero(grown(mask, _BESIDE)).tolist())
         rest: list[Thing] = []
+        neighbours: list[Thing] = []
         object_id: int | None = None
         for thing in self.things:
-            if not thing.taken and not beside.isdisjoint(thing.shape.footprint.tolist()):
+            near = not beside.isdisjoint(thing.shape.footprint.tolist())
+            if near and not thing.taken:
                 heights.ravel()[thing.shape.footprint] = thing.shape.heights_mm
                 object_id = object_id or thing.object_id
             else:
                 rest.append(thing)
+                neighbours += [thing] if near else []
         shape = shape_of(heights > 0.0, heights)
         if shape.height_mm > _TALLEST_MM:
             return
+        is_edge = any(_is_edge_of(neighbour.shape, shape) for neighbour in neighbours)
         object_id = object_id or self._again(shape)
         if object_id is None:
             object_id, self.next_id = self.next_id, self.next_id + 1
         outline = outline_of(shape, self._lookout)
-        found = Thing(object_id, shape, outline, shape.height_mm, t_ns, shape.centre)
+        found = Thing(object_id, shape, outline, shape.height_mm, t_ns, shape.centre, is_edge=is_edge)
         self.things = tuple(sorted([*rest, found], key=lambda thing: thing.object_id))
 
     def _again(self, shape: Shape) -> int | None:
@@ -198,6 +206,10 @@ class ThingTracker:
         self.patches = tuple(patch_of(shape, over_mm, self._lookout) for shape in shapes)
         reach = 2 * round(self._lookout.px(_ZONE_MM)) + 1
         self._zone = cv2.dilate(zone, np.ones((reach, reach), np.uint8)) > 0
+
+
+def _is_edge_of(thing: Shape, beside: Shape) -> bool:
+    return len(beside.footprint) < _EDGE_SHARE * len(thing.footprint) and beside.height_mm <= thing.height_mm
 
 
 def _alike(a: float, b: float) -> bool:
