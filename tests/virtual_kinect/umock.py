@@ -6,6 +6,7 @@ A client is any program that uses libusb, started with ``VirtualBus.environment`
 import json
 import os
 import subprocess
+import tempfile
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -54,9 +55,11 @@ class VirtualBus:
         self.environment: dict[str, str] = {}
 
     def __enter__(self) -> Self:
+        # The name of a socket in it may have 107 letters; a test's own folder has a long name.
+        self._sockets = tempfile.TemporaryDirectory(prefix="usb-")
         environment = os.environ | {
             "LD_PRELOAD": _PRELOAD,
-            "TMPDIR": str(self._folder),
+            "TMPDIR": self._sockets.name,
             "PYTHONPATH": str(Path(__file__).parents[1]),
             "PYTHONDONTWRITEBYTECODE": "1",
         }
@@ -80,7 +83,9 @@ class VirtualBus:
             self._server.communicate(timeout=_PATIENCE_S)
         finally:
             self._server.kill()
+            self._server.wait(_PATIENCE_S)
             self._errors.close()
+            self._sockets.cleanup()
 
     @property
     def server_pid(self) -> int:
