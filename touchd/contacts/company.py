@@ -39,7 +39,7 @@ class Standing:
 
 
 class _Beside(NamedTuple):
-    """What stands beside a fingertip: how far squared, which of all, and the way there in mm."""
+    """What stands beside a fingertip: how far off it is, squared, which of all, the way there in mm, and itself."""
 
     squared: float
     which: int
