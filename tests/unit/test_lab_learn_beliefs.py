@@ -9,9 +9,9 @@ from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
 from touchd.lab.learn.courses import Course, course
 from touchd.lab.learn.lessons import belief_lessons, judge_lessons
-from touchd.lab.learn.unrolled import Chunk, chunked, gradients, loss, train_beliefs
+from touchd.lab.learn.unrolled import Chunk, chunked, gradients, loss, side_by_side, train_beliefs
 from touchd.lab.scenes import lab_scene
-from touchd.model import Floats
+from touchd.model import Floats, State, TouchFrame
 
 from unit.test_recurrent import drawn
 
@@ -81,6 +81,15 @@ def test_gradients_are_the_loss_s_slopes() -> None:
             assert gradient[at] == pytest.approx((up - down) / (2 * _SMALL), rel=0.03, abs=0.01), (name, at)
 
 
+def test_chunks_side_by_side_have_the_sum_of_their_gradients() -> None:
+    chunks = [chunk for frames, seed in ((7, 1), (3, 2), (61, 3)) for chunk in chunked(made_up(frames, seed))]
+    weights = drawn(seed=3)
+    each = [gradients(weights, chunk, chunk.inputs) for chunk in chunks]
+    together = side_by_side(chunks)
+    for parts, whole in zip(zip(*each, strict=True), gradients(weights, together, together.inputs), strict=True):
+        np.testing.assert_allclose(whole, np.sum(parts, axis=0), rtol=1e-3, atol=1e-3)
+
+
 def test_what_others_were_before_is_learned() -> None:
     weights = train_beliefs([made_up(60, seed) for seed in range(60)], rounds=15)
     (chunk,) = chunked(made_up(60, seed=999))
@@ -109,6 +118,17 @@ def test_a_course_says_what_was_seen_and_what_was_true() -> None:
     assert (seen.frame[seen.heard[:, 0]] == seen.frame[seen.heard[:, 1]]).all()
     nothing = (scene.frame(index) for index in range(first, first + 3))
     assert course(pipeline, nothing, scene_truth(scene)) is None
+
+
+def test_a_frame_that_nobody_looked_at_tells_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = lab_scene("targets", 750.0, 1)
+    pipeline = pipeline_of(Contender("fingertip", "fingertip"), scene, learn(scene))
+    step, first = pipeline.step, scene.calibration_frames
+    paused = TouchFrame(0, 0, State.PAUSED)
+    monkeypatch.setattr(pipeline, "step", lambda frame: step(frame) if frame.index % 2 else paused)
+    seen = course(pipeline, (scene.frame(index) for index in range(first, first + 60)), scene_truth(scene))
+    assert seen is not None
+    assert (seen.frame % 2 == 1).all()
 
 
 def test_beliefs_learn_from_nothing_that_the_judge_was_taught() -> None:

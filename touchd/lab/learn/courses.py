@@ -113,6 +113,7 @@ def course(pipeline: Pipeline, frames: Iterable[Frame], truth: Truth) -> Course 
     pipeline.adopt(ready.settings, replace(ready, method=method))
     rows: list[_Row] = []
     for frame in frames:
+        method.watched.standing = []  # while touches are paused nobody looks
         pipeline.step(frame)
         rows += _rows(frame.index, method.watched.standing, truth.frames[frame.index])
     return _gathered(rows, method.watched) if rows else None

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import numpy as np
 
@@ -51,9 +51,9 @@ def train_beliefs(courses: Sequence[Course], rounds: int, seed: int = 0) -> Weig
         rate = 0.5 * _RATE * (1.0 + float(np.cos(np.pi * round_ / rounds)))
         order = rng.permutation(len(chunks))
         for begin in range(0, len(order), _BATCH):
-            batch = [chunks[i] for i in order[begin : begin + _BATCH]]
-            each = [gradients(weights, chunk, _disturbed(rng, scaled(weights, chunk.inputs))) for chunk in batch]
-            adam.step(_limited(each, sum(float(chunk.counts[:, 0].sum()) for chunk in batch)), rate, len(parameters))
+            batch = side_by_side([chunks[i] for i in order[begin : begin + _BATCH]])
+            sums = gradients(weights, batch, _disturbed(rng, scaled(weights, batch.inputs)))
+            adam.step(_limited(sums, float(batch.counts[:, 0].sum())), rate, len(parameters))
     return weights
 
 
@@ -84,6 +84,42 @@ def chunked(course: Course) -> Iterator[Chunk]:
             answers[begin:end].astype(np.float32),
             counts[begin:end].astype(np.float32),
         )
+
+
+def side_by_side(chunks: Sequence[Chunk]) -> Chunk:
+    """Return chunks as one, each of whose frames holds those of all of them: the same sums in fewer, larger steps."""
+    begins = [0, *accumulate(len(chunk.last) for chunk in chunks)]
+    frames: list[slice] = []
+    hearing: list[Floats] = []
+    order: list[Rows] = []
+    for at in range(max(len(chunk.frames) for chunk in chunks)):
+        there = [(begin, chunk) for begin, chunk in zip(begins, chunks, strict=False) if at < len(chunk.frames)]
+        order += [begin + np.arange(chunk.frames[at].start, chunk.frames[at].stop) for begin, chunk in there]
+        hearing.append(_apart([chunk.hearing[at] for _, chunk in there]))
+        first = frames[-1].stop if frames else 0
+        frames.append(slice(first, first + len(hearing[-1])))
+    rows = np.concatenate(order)
+    place = np.append(np.argsort(rows), -1)
+    last = [np.where(chunk.last >= 0, begin + chunk.last, -1) for begin, chunk in zip(begins, chunks, strict=False)]
+    return Chunk(
+        np.concatenate([chunk.inputs for chunk in chunks])[rows],
+        place[np.concatenate(last)[rows]],
+        frames,
+        hearing,
+        np.concatenate([chunk.answers for chunk in chunks])[rows],
+        np.concatenate([chunk.counts for chunk in chunks])[rows],
+    )
+
+
+def _apart(hearing: Sequence[Floats]) -> Floats:
+    """Return how much the rows of several frames hear of each other if they stand in one: of other frames nothing."""
+    together = np.zeros((sum(map(len, hearing)),) * 2, np.float32)
+    begin = 0
+    for one in hearing:
+        end = begin + len(one)
+        together[begin:end, begin:end] = one
+        begin = end
+    return together
 
 
 @dataclass(frozen=True, slots=True)
@@ -200,9 +236,9 @@ def _disturbed(rng: np.random.Generator, inputs: Floats) -> Floats:
     return noisy * (rng.random(inputs.shape, dtype=np.float32) > _MISSING)
 
 
-def _limited(each: Sequence[Sequence[Floats]], count: float) -> list[Floats]:
-    """Return the mean over so many rows of the gradients of chunks, no steeper than allowed."""
-    means = [np.sum(parts, axis=0) / np.float32(count + 1.0) for parts in zip(*each, strict=True)]
+def _limited(sums: Sequence[Floats], count: float) -> list[Floats]:
+    """Return the mean over so many rows of gradients, no steeper than allowed."""
+    means = [each / np.float32(count + 1.0) for each in sums]
     length = float(np.sqrt(sum(float((mean * mean).sum()) for mean in means)))
     return [mean * np.float32(min(1.0, _STEEPEST / (length + 1e-6))) for mean in means]
 
