@@ -1,6 +1,6 @@
 """``python -m touchd.lab.learn judge beliefs``: renders scenes, watches the fingertip method in them, and learns anew.
 
-Two hours on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off goes on.
+Two and a half hours on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off goes on.
 """
 
 import argparse
@@ -32,7 +32,7 @@ from touchd.lab.scoring import Truth
 from touchd.model import Floats, Frame
 from touchd.pipeline import Pipeline
 
-_ROUNDS, _BELIEF_ROUNDS = 20, 12
+_ROUNDS, _BELIEF_ROUNDS = 20, 8
 
 T = TypeVar("T")
 Watch = Callable[[Pipeline, Iterable[Frame], Truth], T | None]
