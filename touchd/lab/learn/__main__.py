@@ -1,6 +1,7 @@
 """``python -m touchd.lab.learn judge beliefs``: renders scenes, watches the fingertip method in them, and learns anew.
 
-Two and a half hours on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off goes on.
+Two and a half hours on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off
+goes on.
 """
 
 import argparse
