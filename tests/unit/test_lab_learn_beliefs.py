@@ -4,12 +4,12 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from touchd.contacts.recurrent import Weights, step
+from touchd.contacts.recurrent import Weights, scaled, step
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
 from touchd.lab.learn.courses import Course, course
-from touchd.lab.learn.lessons import belief_lessons, judge_lessons
-from touchd.lab.learn.unrolled import Chunk, chunked, gradients, loss, side_by_side, train_beliefs
+from touchd.lab.learn.lessons import belief_lessons, judge_lessons, later_lessons
+from touchd.lab.learn.unrolled import Chunk, chunked, gradients, loss, side_by_side, train_beliefs, train_on
 from touchd.lab.scenes import lab_scene
 from touchd.model import Floats, State, TouchFrame
 
@@ -102,6 +102,16 @@ def test_the_same_courses_teach_the_same_beliefs() -> None:
     assert all((getattr(first, each.name) == getattr(second, each.name)).all() for each in fields(Weights))
 
 
+def test_more_courses_teach_what_the_first_ones_did_not_and_leave_the_weights_they_began_with() -> None:
+    first = train_beliefs([made_up(60, seed) for seed in range(12)], rounds=2)
+    began = [getattr(first, field.name).copy() for field in fields(Weights)]
+    later = train_on(first, [made_up(60, seed) for seed in range(100, 160)], rounds=15)
+    (chunk,) = chunked(made_up(60, seed=999))
+    before, after = (loss(one, chunk, scaled(one, chunk.inputs)) for one in (first, later))
+    assert after < 0.7 * before
+    assert all((getattr(first, field.name) == old).all() for field, old in zip(fields(Weights), began, strict=True))
+
+
 def test_a_course_says_what_was_seen_and_what_was_true() -> None:
     scene = lab_scene("targets", 750.0, 1)
     pipeline = pipeline_of(Contender("fingertip", "fingertip"), scene, learn(scene))
@@ -133,4 +143,6 @@ def test_a_frame_that_nobody_looked_at_tells_nothing(monkeypatch: pytest.MonkeyP
 
 def test_beliefs_learn_from_nothing_that_the_judge_was_taught() -> None:
     taught = {(lesson.scene, lesson.seed) for lesson in judge_lessons()}
-    assert not taught & {(lesson.scene, lesson.seed) for lesson in belief_lessons()}
+    lessons = [*belief_lessons(), *later_lessons()]
+    assert not taught & {(lesson.scene, lesson.seed) for lesson in lessons}
+    assert len({(lesson.scene, lesson.height_mm, lesson.seed) for lesson in lessons}) == len(lessons)

@@ -42,6 +42,7 @@ _STILL_MM, _STILL_STEPS = 6.0, 1.0
 _FINGER = 0.0  # log odds of being a fingertip at all, from which on it is taken for one
 # No two touches are nearer, however far the sensor blurs what it sees; in raw steps, the farther the more.
 _ALONE_MM, _ALONE_STEPS = 10.0, 1.0
+_BELIEVED = 0.7  # what beliefs count in a height, where the judge has the rest
 _SEEN_AT_ALL = 0.25  # share of the samples that are the finger's own
 
 
@@ -193,7 +194,7 @@ class FingertipMethod:
             x_mm=place_mm[0],
             y_mm=place_mm[1],
             # Each errs where the other does not: the judge far up, beliefs low down.
-            height_mm=max(0.0, 0.5 * (said.clearance_mm + one.seen.clearance_mm)),
+            height_mm=max(0.0, _BELIEVED * said.clearance_mm + (1.0 - _BELIEVED) * one.seen.clearance_mm),
             area_mm2=pi * one.seen.radius_mm**2,
             angle=_half_turn(atan2(one.towards[1], one.towards[0])),
             firm=firm,

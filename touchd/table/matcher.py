@@ -67,8 +67,9 @@ class Found:
         """
         lost = self.lost.copy()
         window = self.box.window
-        drawn = luck[window].ravel()[self.rims] * _LASTING
-        drawn += luck_now[window].ravel()[self.rims] * _PASSING
+        at = np.unravel_index(self.rims, lost.shape)
+        drawn = luck[window][at] * _LASTING
+        drawn += luck_now[window][at] * _PASSING
         lost.ravel()[self.rims[drawn < self.limits]] = True
         return lost
 

@@ -82,9 +82,11 @@ class KinectV1:
         lost |= exact < self._nearest_raw
         lost |= exact > self._farthest_raw
         np.rint(exact, out=exact)
-        np.clip(exact, 0, self._sensor.invalid, out=exact)
+        # In one pass each; numpy's clip takes longer.
+        np.maximum(exact, np.float32(0.0), out=exact)
+        np.minimum(exact, np.float32(self._sensor.invalid), out=exact)
         raw: Image16 = exact.astype(np.uint16)
-        raw[lost] = self._sensor.invalid
+        np.copyto(raw, self._sensor.invalid, where=lost)
         raw[:, -_BLIND_COLUMNS:] = self._sensor.invalid
         anywhere = rng.integers(raw.size, size=rng.binomial(raw.size, self._model.lost_share))
         raw.ravel()[anywhere] = self._sensor.invalid

@@ -1,7 +1,6 @@
-"""``python -m touchd.lab.learn judge beliefs``: renders scenes, watches the fingertip method in them, and learns anew.
+"""``python -m touchd.lab.learn judge beliefs more``: renders scenes, watches the fingertip method, and learns anew.
 
-Two and a half hours on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off
-goes on.
+Four hours on two cores; what was seen in each scene is kept in a folder, so that a run that was broken off goes on.
 """
 
 import argparse
@@ -19,14 +18,14 @@ import cv2
 import numpy as np
 
 import touchd.contacts
-from touchd.contacts.recurrent import Weights
+from touchd.contacts.recurrent import Weights, learned_weights
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
-from touchd.lab.learn.courses import course
-from touchd.lab.learn.lessons import Lesson, belief_lessons, judge_lessons
+from touchd.lab.learn.courses import Course, course
+from touchd.lab.learn.lessons import Lesson, belief_lessons, judge_lessons, later_lessons
 from touchd.lab.learn.network import train
 from touchd.lab.learn.samples import joined, samples
-from touchd.lab.learn.unrolled import train_beliefs
+from touchd.lab.learn.unrolled import train_beliefs, train_on
 from touchd.lab.learn.variety import world
 from touchd.lab.scenes import lab_scene
 from touchd.lab.scoring import Truth
@@ -42,7 +41,7 @@ Watch = Callable[[Pipeline, Iterable[Frame], Truth], T | None]
 def main(arguments: Sequence[str]) -> None:
     """Teach what is named, in the order that it must be in, and put it where touchd looks for it."""
     parser = argparse.ArgumentParser(prog="python -m touchd.lab.learn")
-    parser.add_argument("what", nargs="+", choices=("judge", "beliefs"))
+    parser.add_argument("what", nargs="+", choices=("judge", "beliefs", "more"))
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--keep", type=Path, required=True, metavar="FOLDER")
     options = parser.parse_args(arguments)
@@ -52,8 +51,17 @@ def main(arguments: Sequence[str]) -> None:
         arrays = {f"weights{i}": weights for i, (weights, _) in enumerate(layers)}
         _store("judge.npz", arrays | {f"bias{i}": bias for i, (_, bias) in enumerate(layers)})
     if "beliefs" in options.what:
-        learned = train_beliefs(_seen(course, belief_lessons(), options.keep / "beliefs", options.jobs), _BELIEF_ROUNDS)
-        _store("belief.npz", {field.name: getattr(learned, field.name) for field in fields(Weights)})
+        _store_beliefs(train_beliefs(_courses(belief_lessons(), options), _BELIEF_ROUNDS))
+    if "more" in options.what:
+        _store_beliefs(train_on(learned_weights(), _courses(later_lessons(), options), _BELIEF_ROUNDS))
+
+
+def _courses(lessons: Iterable[Lesson], options: argparse.Namespace) -> list[Course]:
+    return _seen(course, lessons, options.keep / "beliefs", options.jobs)
+
+
+def _store_beliefs(learned: Weights) -> None:
+    _store("belief.npz", {field.name: getattr(learned, field.name) for field in fields(Weights)})
 
 
 def _store(name: str, arrays: dict[str, Floats]) -> None:
@@ -89,7 +97,8 @@ def _seen_in_scene(watch: Watch[T], name: str, lesson: Lesson) -> T | None:
     scene = lab_scene(name, lesson.height_mm, lesson.seed)
     pipeline = pipeline_of(Contender("fingertip", "fingertip"), scene, learn(scene))
     first = scene.calibration_frames
-    frames = (scene.frame(index) for index in range(first, first + scene.frames, lesson.every))
+    count = scene.frames if lesson.most is None else min(scene.frames, lesson.most)
+    frames = (scene.frame(index) for index in range(first, first + count, lesson.every))
     return watch(pipeline, frames, scene_truth(scene))
 
 

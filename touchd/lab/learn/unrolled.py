@@ -43,7 +43,24 @@ class Chunk:
 def train_beliefs(courses: Sequence[Course], rounds: int, seed: int = 0) -> Weights:
     """Return the weights of a network that says of each row what was true of it."""
     rng = np.random.default_rng(seed)
-    weights = _drawn(rng, courses)
+    return _trained(_drawn(rng, courses), courses, rounds, rng)
+
+
+def train_on(weights: Weights, courses: Sequence[Course], rounds: int, seed: int = 0) -> Weights:
+    """Return the weights of a trained network half way to those that more courses lead to.
+
+    There it does better than at either end on what neither was taught, and forgets less (M. Wortsman et al., "Robust
+    fine-tuning of zero-shot models", CVPR 2022).
+    """
+    own = Weights(*(getattr(weights, field.name).copy() for field in fields(Weights)))
+    later = _trained(own, courses, rounds, np.random.default_rng(seed))
+    return Weights(
+        *(np.float32(0.5) * (getattr(weights, each.name) + getattr(later, each.name)) for each in fields(Weights))
+    )
+
+
+def _trained(weights: Weights, courses: Sequence[Course], rounds: int, rng: np.random.Generator) -> Weights:
+    """Change weights, and return them, so that they say better what was true, in steps that get smaller."""
     chunks = [chunk for one in courses for chunk in chunked(one)]
     parameters = [getattr(weights, name) for name in _TRAINED]
     adam = Adam(parameters, _DECAY)
