@@ -47,9 +47,9 @@ accuracy-docs: $(STAMP)
 long: $(STAMP)
 	$(BIN)/touchd bench accuracy --jobs 2 --scenes drift-long,held --methods fingertip --heights 750,1500 --seeds 101 $(LONG)
 
-# Teaches touchd's judge of fingertips and its beliefs anew, which takes two and a half hours; a run that was broken off goes on.
+# Teaches touchd's judge of fingertips and its beliefs anew, which takes four hours; a run that was broken off goes on.
 judge: $(STAMP)
-	$(BIN)/python -m touchd.lab.learn judge beliefs --keep .cache/learn
+	$(BIN)/python -m touchd.lab.learn judge beliefs more --keep .cache/learn
 
 # make golden RECORDING=FOLDER turns a recording into a test; FOLDER/golden.yaml names camera, place, what must happen.
 golden: $(TESTS)
