@@ -47,7 +47,7 @@ _IN_TURN = ("circles", "drag", "own-hand", "sway")  # one of four with each seed
 _THINGS_FAR, _THINGS_NEAR = ("laptop", "phone", "cup", "book"), ("laptop", "book", "targets-book", "taps-tilted")
 _STEREO_IN_TURN = ("taps-stereo", "targets-stereo", "hover-stereo", "drag-stereo")
 _LATER_PEOPLE = range(452, 461)
-# So that nothing is forgotten: all other scenes, one of three with each seed, other heights and cameras.
+# So that nothing is forgotten: the other calm scenes, one of three with each seed, other heights and cameras.
 _LASTING = (
     "dark-hair", "dark-sleeve", "descent", "drag-bowl", "drag-lens", "head", "legs", "objects", "paper", "ray", "still",
     "sweep", "targets", "targets-bowl", "targets-lens", "targets-unknown-lens",
