@@ -66,10 +66,11 @@ class Found:
         in patches, and mostly in the same ones in the next frame.
         """
         lost = self.lost.copy()
+        if not self.rims.size:  # as on a flat table, where flattening the whole picture would take a millisecond
+            return lost
         window = self.box.window
-        at = np.unravel_index(self.rims, lost.shape)
-        drawn = luck[window][at] * _LASTING
-        drawn += luck_now[window][at] * _PASSING
+        drawn = luck[window].ravel()[self.rims] * _LASTING
+        drawn += luck_now[window].ravel()[self.rims] * _PASSING
         lost.ravel()[self.rims[drawn < self.limits]] = True
         return lost
 
