@@ -160,6 +160,9 @@ def _add_accuracy(kinds: "Commands") -> None:
     accuracy.add_argument("--sweep", metavar="KEY=FIRST:LAST:STEP", help="run each with a config key at these values")
     accuracy.add_argument("--jobs", type=count, default=1, metavar="N", help="processes (default 1)")
     accuracy.add_argument("--keep", type=Path, metavar="FOLDER", help="keep outcomes there; a broken-off run goes on")
+    accuracy.add_argument(
+        "--frames", type=Path, metavar="FOLDER", help="keep frames there, 65 kB each, for the next method"
+    )
     form = accuracy.add_mutually_exclusive_group()
     form.add_argument("--json", dest="form", action="store_const", const="json", help="as JSON")
     form.add_argument("--csv", dest="form", action="store_const", const="csv", help="as CSV, a line for each run")

@@ -215,6 +215,7 @@ def _bench_accuracy(options: argparse.Namespace) -> None:
         options.sweep,
         options.jobs,
         options.keep,
+        options.frames,
         options.form,
     )
     for line in accuracy(wanted, _to_stderr):

@@ -12,6 +12,7 @@ from touchd.lab.accuracy import keep
 from touchd.lab.accuracy.command import AccuracyOptions, Form, heading, judged_of, plan
 from touchd.lab.accuracy.contenders import Contender, contenders
 from touchd.lab.accuracy.files import as_json, csv_lines
+from touchd.lab.accuracy.frames import played
 from touchd.lab.accuracy.goals import GOALS, verdicts
 from touchd.lab.accuracy.keep import run_trials_once
 from touchd.lab.accuracy.summary import summary
@@ -24,7 +25,7 @@ from touchd.lab.scoring.hovering import HoverScore
 from touchd.lab.scoring.rests import ThingScore
 from touchd.lab.scoring.upset import UpsetScore
 
-OPTIONS = AccuracyOptions("taps,pinch", "750,1500", "shell", "1-3", None, 1, None, "text")
+OPTIONS = AccuracyOptions("taps,pinch", "750,1500", "shell", "1-3", None, 1, None, None, "text")
 TWO = (Contender("shell", "shell"), Contender("mean-sigma", "shell", "mean-sigma"))
 
 
@@ -34,7 +35,7 @@ def short_scene() -> LabScene:
 
 @pytest.fixture(scope="module")
 def outcomes() -> list[Outcome]:
-    return run_scene(short_scene(), TWO)
+    return run_scene(short_scene(), played(short_scene(), None), TWO)
 
 
 def outcome(seed: int, score: Score, height_mm: float = 750.0, crowded: bool = False) -> Outcome:
@@ -50,7 +51,7 @@ def test_each_contender_has_an_outcome_of_the_same_scene(outcomes: list[Outcome]
 
 
 def test_the_same_trial_has_the_same_outcome_again(outcomes: list[Outcome]) -> None:
-    assert run_scene(short_scene(), TWO) == outcomes
+    assert run_scene(short_scene(), played(short_scene(), None), TWO) == outcomes
 
 
 def test_a_run_that_is_taken_up_again_has_the_outcomes_it_had(
@@ -58,14 +59,16 @@ def test_a_run_that_is_taken_up_again_has_the_outcomes_it_had(
 ) -> None:
     ran: list[Trial] = []
 
-    def run(trials: Sequence[Trial], _contenders: Sequence[Contender], _jobs: int) -> Iterator[list[Outcome]]:
+    def run(
+        trials: Sequence[Trial], _contenders: Sequence[Contender], _jobs: int, _frames: Path | None
+    ) -> Iterator[list[Outcome]]:
         ran.extend(trials)
         yield from ([replace(one, trial=trial) for one in outcomes] for trial in trials)
 
     monkeypatch.setattr(keep, "run_trials", run)
     first, second = Trial("taps", 750.0, 1), Trial("taps", 750.0, 2)
-    before = list(run_trials_once([first], TWO, 1, tmp_path / "kept"))
-    again = list(run_trials_once([first, second], TWO, 1, tmp_path / "kept"))
+    before = list(run_trials_once([first], TWO, 1, tmp_path / "kept", None))
+    again = list(run_trials_once([first, second], TWO, 1, tmp_path / "kept", None))
     assert ran == [first, second]
     assert again[0] == before[0] == outcomes
     assert [one.trial for one in again[1]] == [second, second]
@@ -75,7 +78,7 @@ def test_a_kept_outcome_that_is_none_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "taps-750-1-shell.json"
     path.write_text("{}")
     with pytest.raises(RecordingError) as caught:
-        list(run_trials_once([Trial("taps", 750.0, 1)], TWO[:1], 1, tmp_path))
+        list(run_trials_once([Trial("taps", 750.0, 1)], TWO[:1], 1, tmp_path, None))
     assert str(caught.value) == f"{path} holds no outcome (KeyError: 'score'): delete it"
 
 

@@ -39,6 +39,7 @@ class AccuracyOptions:
     sweep: str | None
     jobs: int
     keep: Path | None
+    frames: Path | None
     form: Form
 
 
@@ -64,7 +65,8 @@ def accuracy(options: AccuracyOptions, say: Say) -> Iterator[str]:
     """Yield the lines of the tables; how far it is goes to ``say``. Raises UsageError."""
     wanted = plan(options)
     outcomes: list[Outcome] = []
-    for done, more in enumerate(run_trials_once(wanted.trials, wanted.contenders, options.jobs, options.keep), 1):
+    runs = run_trials_once(wanted.trials, wanted.contenders, options.jobs, options.keep, options.frames)
+    for done, more in enumerate(runs, 1):
         outcomes += more
         trial = more[0].trial
         say(f"{done} of {len(wanted.trials)}: {trial.scene} at {trial.height_mm / 1000:g} m, seed {trial.seed}")

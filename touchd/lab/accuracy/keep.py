@@ -16,15 +16,15 @@ Kind = TypeVar("Kind")
 
 
 def run_trials_once(
-    trials: Sequence[Trial], contenders: Sequence[Contender], jobs: int, folder: Path | None
+    trials: Sequence[Trial], contenders: Sequence[Contender], jobs: int, folder: Path | None, frames: Path | None
 ) -> Iterator[list[Outcome]]:
     """Yield the outcomes of each trial, in any order: first those in the folder, then the others, which are put there.
 
-    The folder knows nothing of changes to the code: empty it after any. Raises OutputError, and RecordingError for a
-    file in it that cannot be read.
+    The folder knows nothing of changes to the code: empty it after any. ``frames``: see :func:`run_trials`. Raises
+    OutputError, and RecordingError for a file in either folder that cannot be read.
     """
     if folder is None:
-        yield from run_trials(trials, contenders, jobs)
+        yield from run_trials(trials, contenders, jobs, frames)
         return
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
@@ -33,7 +33,7 @@ def run_trials_once(
         if len(paths) == len(contenders):
             yield [_load(path) for path in paths]
     left = [trial for trial, paths in known.items() if len(paths) < len(contenders)]
-    for outcomes in run_trials(left, contenders, jobs):
+    for outcomes in run_trials(left, contenders, jobs, frames):
         for outcome in outcomes:
             _store(_path(folder, outcome.trial, outcome.contender), outcome)
         yield outcomes

@@ -3,12 +3,15 @@
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import islice
 from multiprocessing import get_context
+from pathlib import Path
 
 import cv2
 
 from touchd.assemble import pipeline_settings
 from touchd.lab.accuracy.contenders import Contender
+from touchd.lab.accuracy.frames import played
 from touchd.lab.baselines import BASELINES
 from touchd.lab.scenes import LabScene, TruthFrame, lab_scene, visible_shares
 from touchd.lab.scoring import Score, SeenFrame, Truth, score, seen_frame, truth_of
@@ -47,45 +50,55 @@ class Learned:
     first: Frame
 
 
-def run_trials(trials: Sequence[Trial], contenders: Sequence[Contender], jobs: int) -> Iterator[list[Outcome]]:
-    """Yield the outcomes of one trial after the other; ``jobs`` processes run them if that is more than one."""
+def run_trials(
+    trials: Sequence[Trial], contenders: Sequence[Contender], jobs: int, frames: Path | None
+) -> Iterator[list[Outcome]]:
+    """Yield the outcomes of one trial after the other; ``jobs`` processes run them if that is more than one.
+
+    ``frames``: the folder that keeps the scenes' frames (:func:`played`).
+    """
     if jobs == 1:
         for trial in trials:
-            yield run_trial(trial, contenders)
+            yield run_trial(trial, contenders, frames)
         return
     with ProcessPoolExecutor(jobs, mp_context=get_context("spawn")) as workers:
-        yield from workers.map(run_trial, trials, [contenders] * len(trials))
+        yield from workers.map(run_trial, trials, [contenders] * len(trials), [frames] * len(trials))
 
 
-def run_trial(trial: Trial, contenders: Sequence[Contender]) -> list[Outcome]:
+def run_trial(trial: Trial, contenders: Sequence[Contender], frames: Path | None) -> list[Outcome]:
     """Return the outcome of a trial for each contender."""
-    return run_scene(lab_scene(trial.scene, trial.height_mm, trial.seed), contenders)
+    scene = lab_scene(trial.scene, trial.height_mm, trial.seed)
+    return run_scene(scene, played(scene, frames), contenders)
 
 
-def run_scene(scene: LabScene, contenders: Sequence[Contender]) -> list[Outcome]:
-    """Render a scene once and return its outcome for each contender."""
+def run_scene(scene: LabScene, frames: Iterator[Frame], contenders: Sequence[Contender]) -> list[Outcome]:
+    """Show a scene's frames, calibration's first, to each contender and return its outcome."""
     cv2.setNumThreads(1)
-    learned = learn(scene)
+    learned = learn_from(scene, frames)
     pipelines = [pipeline_of(contender, scene, learned) for contender in contenders]
     seen: list[list[SeenFrame]] = [[] for _ in contenders]
-    for index in range(scene.calibration_frames, scene.calibration_frames + scene.frames):
-        frame = scene.frame(index)
-        for pipeline, frames in zip(pipelines, seen, strict=True):
-            frames.append(seen_frame(pipeline.step(frame).as_event()))
+    for frame in frames:
+        for pipeline, events in zip(pipelines, seen, strict=True):
+            events.append(seen_frame(pipeline.step(frame).as_event()))
     truth, trial = scene_truth(scene), Trial(scene.name, scene.height_mm, scene.seed)
     return [
-        Outcome(contender.name, trial, scene.sensor.kind, truth.crowded, score(frames, truth))
-        for contender, frames in zip(contenders, seen, strict=True)
+        Outcome(contender.name, trial, scene.sensor.kind, truth.crowded, score(events, truth))
+        for contender, events in zip(contenders, seen, strict=True)
     ]
 
 
 def learn(scene: LabScene) -> Learned:
-    """Calibrate on a scene's empty frames."""
+    """Render a scene's empty frames and calibrate on them."""
+    return learn_from(scene, (scene.frame(index) for index in range(scene.calibration_frames)))
+
+
+def learn_from(scene: LabScene, frames: Iterator[Frame]) -> Learned:
+    """Calibrate on a scene's empty frames, taken from the first of ``frames``."""
     calibration = Calibration(scene.sensor, CalibrationSettings(frames=scene.calibration_frames), scene.name)
-    first = scene.frame(0)
+    first = next(frames)
     calibration.add(first.raw)
-    for index in range(1, scene.calibration_frames):
-        calibration.add(scene.frame(index).raw)
+    for frame in islice(frames, scene.calibration_frames - 1):
+        calibration.add(frame.raw)
     return Learned(calibration.surface_so_far(), first)
 
 
