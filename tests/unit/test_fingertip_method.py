@@ -286,3 +286,33 @@ def test_what_is_taken_for_no_fingertip_is_looked_for_anew_in_the_next_picture(
     method._judge = NobodyFound([])
     begun_at(method, table, 102)
     assert set(begun_at(method, table, 103)) == {(0.0, 0.0)}
+
+
+def fitted_off_mm(
+    method: FingertipMethod, table: Table, pose: HandPose, expected_mm: Sequence[tuple[float, float]]
+) -> list[float]:
+    """Return how far from where a finger touches fits of one picture rest."""
+    found = method.look(table.render([pointing_hand(pose)], EMPTY_FRAMES * FRAME_NS, EMPTY_FRAMES).raw, expected_mm)
+    assert found is not None
+    places = [method._place_mm(*tip.foot_px) for tip in found.resting]
+    return [float(np.hypot(*np.subtract(place, on_area_mm(pose)))) for place in places]
+
+
+def on_area_mm(pose: HandPose) -> tuple[float, float]:
+    return pose.at_mm[0] + AREA.size_mm[0] / 2, pose.at_mm[1] + AREA.size_mm[1] / 2
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 90.0, 180.0, 270.0])
+def test_a_finger_so_steep_that_it_stands_high_over_its_own_tip_is_looked_at(
+    method: FingertipMethod, table: Table, heading_deg: float
+) -> None:
+    pose = HandPose((30.0, 20.0), heading_deg=heading_deg, pitch_deg=70.0)
+    assert min(fitted_off_mm(method, table, pose, [])) < 5.0
+
+
+def test_what_stands_higher_still_is_looked_at_only_where_a_finger_touched(
+    method: FingertipMethod, table: Table
+) -> None:
+    pose = HandPose((30.0, 20.0), heading_deg=180.0, pitch_deg=85.0)
+    assert min(fitted_off_mm(method, table, pose, [])) > 30.0
+    assert min(fitted_off_mm(method, table, pose, [on_area_mm(pose)])) < 10.0

@@ -13,7 +13,8 @@ from touchd.contacts.tips import Guess
 from touchd.geometry import AreaMap, distort_pixel
 from touchd.model import Floats
 
-_HIGHEST_MM = 60.0  # what stands higher cannot be a fingertip near the surface
+# A steep finger covers its own tip. What stands higher is hardly one near the surface, unless it was and touched.
+_HIGHEST_MM, _HIGHEST_LIVE_MM = 85.0, 110.0
 _RADIUS_MM = 6.3  # of an ordinary finger
 _THICK_MM = 13.0
 _BEHIND_MM, _RISES_MM = 6.0, 5.0  # a finger rises by this much over that way
@@ -55,10 +56,11 @@ class Starts:
         missing = [place for i, place in enumerate(wanted) if i not in pairs]
         if missing:
             places, backs = places + missing, backs + self._uphill(missing, smooth)
+        live = {*pairs.values(), *range(shown, len(places))}
         return [
             self._guess(places[i], backs[i], tall_mm, box, i < shown)
             for i, tall_mm in enumerate(self._tall_mm(places, backs, smooth))
-            if 0.0 < tall_mm < _HIGHEST_MM
+            if 0.0 < tall_mm < (_HIGHEST_LIVE_MM if i in live else _HIGHEST_MM)
         ]
 
     def _guess(self, place: list[float], back: list[float], tall_mm: float, box: Box, shown: bool) -> Guess:
