@@ -22,7 +22,8 @@ from touchd.contacts.recurrent import Weights, learned_weights
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
 from touchd.lab.learn.courses import Course, course
-from touchd.lab.learn.lessons import Lesson, belief_lessons, judge_lessons, later_lessons
+from touchd.lab.learn.later import later_lessons
+from touchd.lab.learn.lessons import Lesson, belief_lessons, judge_lessons
 from touchd.lab.learn.network import train
 from touchd.lab.learn.samples import joined, samples
 from touchd.lab.learn.unrolled import train_beliefs, train_on

@@ -35,28 +35,11 @@ _CALM = (  # all scenes of a Kinect in which nothing upsets the surface
     "targets-book", "targets-bowl", "targets-lens", "targets-tilted", "targets-unknown-lens", "ten", "two-fingers",
     "two-people", "writing",
 )  # fmt: skip
-_HANDS = (  # hands of as many people as possible, since that is what beliefs lack most
+HANDS = (  # hands of as many people as possible, since that is what beliefs lack most
     "crowd", "five", "ten", "pinch", "two-fingers", "flat-palm", "writing", "hover-open", "hover-height",
 )  # fmt: skip
 _FAR = ("taps", "targets-tilted", "hover")  # at 1.5 m alone
 _PEOPLE = range(431, 441)
-_LATER_HANDS = (*_HANDS[:-1], "two-people", "passing", "four-hands")
-_LATER_FINGERS = ("taps", "hover", "hover-height")
-_LATER_FAR = ("taps-tilted", "forearm", "targets-tilted")
-_IN_TURN = ("circles", "drag", "own-hand", "sway")  # one of four with each seed, as of the next three
-_THINGS_FAR, _THINGS_NEAR = ("laptop", "phone", "cup", "book"), ("laptop", "book", "targets-book", "taps-tilted")
-_STEREO_IN_TURN = ("taps-stereo", "targets-stereo", "hover-stereo", "drag-stereo")
-_LATER_PEOPLE = range(452, 461)
-# So that nothing is forgotten: the other calm scenes, one of three with each seed, other heights and cameras.
-_LASTING = (
-    "dark-hair", "dark-sleeve", "descent", "drag-bowl", "drag-lens", "head", "legs", "objects", "paper", "ray", "still",
-    "sweep", "targets", "targets-bowl", "targets-lens", "targets-unknown-lens",
-)  # fmt: skip
-_ELSEWHERE = ("crowd", "pinch", "hover-open", "drag", "taps")
-_HEIGHTS_IN_TURN = (600.0, 1250.0, 1900.0)
-_LASTING_PEOPLE = range(452, 457)
-_LAST_WORLDS = range(341, 366)
-_ENOUGH = 450  # frames of a scene in which one hand does the same for long
 _WORLDS, _LATER_WORLDS = range(1, 193), range(201, 341)
 
 
@@ -100,35 +83,11 @@ def belief_lessons() -> Iterator[Lesson]:
         yield Lesson(scene, height_mm, 425)
     for scene, height_mm in product(_CALM, (750.0, 1500.0)):
         yield Lesson(scene, height_mm, 402)
-    for scene, height_mm, seed in product(_HANDS, (750.0, 1500.0), _PEOPLE):
+    for scene, height_mm, seed in product(HANDS, (750.0, 1500.0), _PEOPLE):
         yield Lesson(scene, height_mm, seed)
     for scene, seed in product(_FAR, _PEOPLE):
         yield Lesson(scene, 1500.0, seed)
     for seed in _PEOPLE[1::3]:
         yield Lesson("forearm", 1500.0, seed)
     for seed in _LATER_WORLDS:
-        yield Lesson(None, 0.0, seed)
-
-
-def later_lessons() -> Iterator[Lesson]:
-    """Yield what beliefs are learned from once more, when they have learned from the others: new people."""
-    for seed in _LATER_PEOPLE:
-        turn = seed % 4
-        for scene, height_mm in product(_LATER_HANDS, (1500.0, 750.0)):
-            yield Lesson(scene, height_mm, seed)
-        for scene, height_mm in product((*_LATER_FINGERS, _IN_TURN[turn], _STEREO_IN_TURN[turn]), (1500.0, 750.0)):
-            yield Lesson(scene, height_mm, seed, most=_ENOUGH)
-        yield Lesson(_THINGS_FAR[turn], 1500.0, seed)
-        yield Lesson(_THINGS_NEAR[turn], 750.0, seed)
-        for scene in _LATER_FAR:
-            yield Lesson(scene, 1500.0, seed, most=_ENOUGH)
-    for seed in _LASTING_PEOPLE:
-        turn = seed % 3
-        for scene in (*_ELSEWHERE, "targets-tilted", "five"):
-            yield Lesson(scene, 1000.0, seed, most=_ENOUGH)
-        for scene in _ELSEWHERE:
-            yield Lesson(scene, _HEIGHTS_IN_TURN[turn], seed, most=_ENOUGH)
-        for scene, height_mm in product(_LASTING[turn::3], (1500.0, 750.0)):
-            yield Lesson(scene, height_mm, seed, most=_ENOUGH)
-    for seed in _LAST_WORLDS:
         yield Lesson(None, 0.0, seed)
