@@ -4,6 +4,7 @@ Four hours on two cores; what was seen in each scene is kept in a folder, so tha
 """
 
 import argparse
+import os
 import pickle
 import sys
 from collections.abc import Callable, Iterable, Sequence
@@ -81,11 +82,13 @@ def _seen_once(watch: Watch[T], keep: Path, lesson: Lesson) -> T | None:
     """Return what was seen in a lesson, from the folder if it is there."""
     kept = keep / f"{lesson.scene}-{lesson.height_mm:.0f}-{lesson.seed}.pickle"
     if kept.exists():
-        own: T | None = pickle.loads(kept.read_bytes())  # noqa: S301 - written by the last line
+        own: T | None = pickle.loads(kept.read_bytes())  # noqa: S301 - written below
         return own
     cv2.setNumThreads(1)
     seen = _seen_in_world(watch, lesson.seed) if lesson.scene is None else _seen_in_scene(watch, lesson.scene, lesson)
-    kept.write_bytes(pickle.dumps(seen))
+    unfinished = kept.with_suffix(f".{os.getpid()}")
+    unfinished.write_bytes(pickle.dumps(seen))
+    unfinished.replace(kept)
     return seen
 
 
