@@ -8,7 +8,8 @@ from touchd.contacts.recurrent import Weights, scaled, step
 from touchd.lab.accuracy.contenders import Contender
 from touchd.lab.accuracy.trials import learn, pipeline_of, scene_truth
 from touchd.lab.learn.courses import Course, course
-from touchd.lab.learn.lessons import belief_lessons, judge_lessons, later_lessons
+from touchd.lab.learn.later import later_lessons
+from touchd.lab.learn.lessons import belief_lessons, judge_lessons
 from touchd.lab.learn.unrolled import Chunk, chunked, gradients, loss, side_by_side, train_beliefs, train_on
 from touchd.lab.scenes import lab_scene
 from touchd.model import Floats, State, TouchFrame

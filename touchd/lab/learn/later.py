@@ -45,11 +45,8 @@ _ENOUGH = 450  # frames of a scene in which one hand does the same for long
 
 
 def later_lessons() -> Iterator[Lesson]:
-    """Yield all of it, in the order in which it was found to be needed; some of it twice."""
-    yield from _new_people()
-    yield from _lasting()
-    yield from _mixed()
-    yield from _steep()
+    """Yield all of it, in the order in which it was found to be needed."""
+    yield from dict.fromkeys((*_new_people(), *_lasting(), *_mixed(), *_steep()))
 
 
 def _new_people() -> Iterator[Lesson]:
