@@ -23,7 +23,7 @@ check: $(TESTS)
 	$(BIN)/lint-imports
 
 pytest: $(TESTS) $(NODE)
-	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile
+	$(BIN)/python -m pytest --numprocesses 2 --dist loadfile --durations 20
 
 # The service in a Debian of its own, as root, in two minutes, the first time in three. They share one machine, in this
 # order; by their names a plain pytest run leaves them alone.
