@@ -23,7 +23,8 @@ from touchd.formats.folder import reading, writing
 from touchd.lab.scenes import LabScene
 from touchd.model import Frame, Image16
 
-_HEAD = struct.Struct("<qqI3dII")  # index, t_ns, missing packets, acceleration (NaN: none), sizes of the two parts
+# index, t_ns, missing packets, acceleration (NaN: none), rows and columns, sizes of the two parts
+_HEAD = struct.Struct("<qqI3dHHII")
 _DRAWN_BY = ("table", "lab/scenes", "geometry.py")  # the code that a frame depends on
 _DRAWN_WITH = ("numpy", "opencv-python-headless")
 
@@ -118,16 +119,15 @@ def _packed(frame: Frame, before: Image16 | None) -> bytes:
     zigzag = ((signed << 1) ^ (signed >> 15)).view(np.uint16)
     low, high = (_deflated(part.astype(np.uint8)) for part in (zigzag & 0xFF, zigzag >> 8))
     pull = (float("nan"),) * 3 if frame.accel_g is None else frame.accel_g
-    head = _HEAD.pack(frame.index, frame.t_ns, frame.missing_packets, *pull, len(low), len(high))
-    return head + struct.pack("<HH", *frame.raw.shape) + low + high
+    head = _HEAD.pack(frame.index, frame.t_ns, frame.missing_packets, *pull, *frame.raw.shape, len(low), len(high))
+    return head + low + high
 
 
 def _unpacked(head: bytes, file: BinaryIO, before: Image16 | None) -> Frame:
-    index, t_ns, missing_packets, *pull, low_size, high_size = _HEAD.unpack(head)
-    shape = struct.unpack("<HH", file.read(4))
+    index, t_ns, missing_packets, *pull, rows, columns, low_size, high_size = _HEAD.unpack(head)
     low, high = (_inflated(file.read(size)).astype(np.uint16) for size in (low_size, high_size))
     zigzag = low | (high << 8)
-    differs = ((zigzag >> 1) ^ (0 - (zigzag & 1))).reshape(shape)
+    differs = ((zigzag >> 1) ^ (0 - (zigzag & 1))).reshape(rows, columns)
     accel_g = None if np.isnan(pull[0]) else (pull[0], pull[1], pull[2])
     return Frame(index, t_ns, differs if before is None else before + differs, missing_packets, accel_g)
 
