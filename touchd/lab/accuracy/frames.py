@@ -127,7 +127,7 @@ def _unpacked(head: bytes, file: BinaryIO, before: Image16 | None) -> Frame:
     index, t_ns, missing_packets, *pull, rows, columns, low_size, high_size = _HEAD.unpack(head)
     low, high = (_inflated(file.read(size)).astype(np.uint16) for size in (low_size, high_size))
     zigzag = low | (high << 8)
-    differs = ((zigzag >> 1) ^ (0 - (zigzag & 1))).reshape(rows, columns)
+    differs = np.asarray((zigzag >> 1) ^ -(zigzag & 1), np.uint16).reshape(rows, columns)
     accel_g = None if np.isnan(pull[0]) else (pull[0], pull[1], pull[2])
     return Frame(index, t_ns, differs if before is None else before + differs, missing_packets, accel_g)
 
