@@ -113,7 +113,7 @@ class Daemon:
         self._capture.start()
 
     def ask(self, job: Callable[[], None]) -> None:
-        """Have a job done on the worker thread before the next frame."""
+        """Have a job done on the worker thread before the next frame, unless the daemon stops first."""
         self._asked.put(job)
 
     def recalibrate(self) -> None:
@@ -223,7 +223,7 @@ class Daemon:
         last_t_ns, last_seen_s, stalled = 0, time.monotonic(), False
         while not self._stopping.is_set():
             self._beat_s = time.monotonic()
-            while not self._asked.empty():
+            while not self._asked.empty() and not self._stopping.is_set():
                 self._asked.get()()
             taken = self._slot.take(min(_TICK_S, self._stall_s))
             if taken is not None:

@@ -56,6 +56,8 @@ class Service:
         self._aligning = False
         self._closed = False
         self._asked: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
+        self._adoption: Callable[[], None] | None = None  # what puts in force the settings that were asked for last
+        self._adopted: Callable[[], None] | None = None
         self._keeper = Keeper(folder)
         self._watcher = Watcher()
         self._complaints = Complaints()
@@ -270,7 +272,7 @@ class Service:
             self._daemon.pipeline.adopt(whole, ready)
             self._daemon.divert(tap)
 
-        self._daemon.ask(begin)
+        self._ask_to_adopt(begin)
         return ready
 
     def keep_alignment(self, found: Alignment) -> str | None:
@@ -306,7 +308,18 @@ class Service:
                 pipeline.adopt(new, prepare(current.surface, new, current))
 
         self._settings = new
-        self._daemon.ask(swap)
+        self._ask_to_adopt(swap)
+
+    def _ask_to_adopt(self, adoption: Callable[[], None]) -> None:
+        """Have settings put in force by the worker, in place of any that it has not come to yet."""
+        self._adoption = adoption
+        self._daemon.ask(self._adopt_latest)
+
+    def _adopt_latest(self) -> None:
+        adoption = self._adoption
+        if adoption is not None and adoption is not self._adopted:
+            self._adopted = adoption
+            adoption()
 
     def _warn_of_shared_destinations(self) -> None:
         destinations = [to for item in self._config.outputs if item.tuio is not None for to in item.tuio.to]

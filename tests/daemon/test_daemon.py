@@ -199,6 +199,26 @@ def test_recalibration_begins_at_the_next_frame(daemon: Daemon, source: HandSour
     assert notes.wait_for_state(State.CALIBRATING).why == "frame 1 of 300"
 
 
+def test_a_stop_does_not_wait_for_what_was_asked_and_not_yet_begun(daemon: Daemon) -> None:
+    busy, free = threading.Event(), threading.Event()
+    done: list[str] = []
+
+    def be_busy() -> None:
+        busy.set()
+        free.wait()
+
+    daemon.start()
+    daemon.ask(be_busy)
+    daemon.ask(lambda: done.append("asked before the stop"))
+    assert busy.wait(PATIENCE_S)
+    stopper = threading.Thread(target=daemon.stop)
+    stopper.start()
+    assert daemon.stopping.wait(PATIENCE_S)
+    free.set()
+    stopper.join()
+    assert done == []
+
+
 def test_the_slot_keeps_the_newest_frame_and_counts_the_ones_it_replaced() -> None:
     slot = LatestFrame()
     for index in range(4):
