@@ -101,6 +101,15 @@ def test_where_a_thing_was_pushed_off_the_surface_from_before_is_back() -> None:
     assert np.mean(back) > 0.85
 
 
+def test_what_was_pushed_is_no_part_of_the_surface_any_more_and_leaves_nothing_behind() -> None:
+    desk = Desk(750.0, "shell")
+    joined(desk, thing("book"))
+    pushed = Hand((Block((X - 80.0, Y, 0.0), (148.0, 205.0, 30.0), 20.0),), ())
+    desk.play(30, pushed)
+    assert not desk.living.part_of_surface.any()
+    assert np.abs(off_raw(desk, 0.0))[~desk.mask_of(pushed)].max() < 1.0
+
+
 def test_a_hand_over_a_thing_does_not_take_it_away() -> None:
     desk = Desk(750.0, "shell")
     joined(desk, thing("phone"))

@@ -146,7 +146,41 @@ def test_what_the_surface_took_in_stays_an_object_until_the_surface_lets_it_go()
         stage = watch.see(joined=mask)
         assert [o.object_id for o in stage.objects] == [1]
     assert stage.admitted([contact_in_the_middle()]) == [contact_in_the_middle()]
+    watch.see(joined=np.zeros_like(mask))
     assert watch.see(joined=np.zeros_like(mask)).objects == ()
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+@pytest.mark.parametrize("name", THINGS)
+def test_what_was_pushed_until_the_surface_let_it_go_is_the_same_thing_where_it_is_now(
+    height_mm: float, name: str
+) -> None:
+    thing, high_mm = THINGS[name]
+    top = tabletop(height_mm)
+    watch = Watch(top, join_after_s=0.3)
+    put_down(watch, thing, high_mm)
+    mask = None
+    while mask is None:
+        mask = _due_after(watch, thing((0.0, 0.0)))
+    for _ in range(3):
+        watch.see(joined=mask)
+    for _ in range(8):
+        stage = watch.see(thing((0.0, -60.0)), joined=np.zeros_like(mask))
+    (found,) = stage.objects
+    assert found.object_id == 1
+    assert dist(middle_mm(found, top.mm_of), (0.0, -60.0)) < 20.0
+
+
+def test_the_part_of_a_thing_that_is_pushed_off_its_place_is_no_thing_while_a_finger_pushes() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=0.5)
+    joined = taken_in(watch)
+    part = Hand((Block((0.0, -60.0, 0.0), (120.0, 26.0, 15.0)),), ())
+    for _ in range(15):
+        stage = watch.see(part, pointing((0.0, 72.0), 0.0), joined=joined)
+        assert [o.object_id for o in stage.objects] == [1]
+    for _ in range(15):
+        stage = watch.see(part, joined=joined)
+    assert [o.object_id for o in stage.objects] == [1, 2]
 
 
 def taken_in(watch: Watch) -> Mask:

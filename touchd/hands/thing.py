@@ -45,9 +45,10 @@ class Thing:
     A hand over it or beside it does not change that.
 
     ``outline``: in area coordinates. ``odd_ns``: since when it does not look as it did, None if it does. ``asked_ns``:
-    when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface.
-    ``covered``: whether something stands over it now. ``is_edge``: whether it is but the edge of a thing that the
-    surface took in, which reads otherwise by now.
+    when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface;
+    ``freed``: whether the surface has just let it go, for it was pushed or taken away. ``covered``: whether something
+    stands over it now. ``is_edge``: whether it is but the edge of a thing that the surface took in, which reads
+    otherwise by now.
     """
 
     object_id: int
@@ -59,6 +60,7 @@ class Thing:
     odd_ns: int | None = None
     asked_ns: int | None = None
     taken: bool = False
+    freed: bool = False
     covered: bool = False
     is_edge: bool = False
 

@@ -11,7 +11,7 @@ from touchd.hands.clearing import Patch, patch_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.standing import Horizon, Part, Standing
-from touchd.hands.thing import Shape, Thing, grown, is_part, look_at, mask_of, moved, outline_of, shape_of
+from touchd.hands.thing import Look, Shape, Thing, grown, is_part, look_at, mask_of, moved, outline_of, shape_of
 from touchd.model import CoarsePicture, Mask
 
 _TALLEST_MM = 300.0  # what is higher was not put down
@@ -20,7 +20,7 @@ _LEAST_SEEN = 0.3  # of a thing; of less nothing can be said
 _UNCOVERED = 0.9  # of a thing: what hides more stands over it
 _BARELY_LEFT, _PARTLY_LEFT, _WHOLLY_LEFT = 0.03, 0.15, 0.7  # of it
 _ODD_NS = 150_000_000  # it looks odd for so long before it is believed
-_PUSH_MM = 35.0  # at most in a frame
+_PUSH_MM, _PUSH_UNSEEN_MM = 35.0, 110.0  # at most in a frame, and until the surface lets it go
 _STAYS_MM, _STAYS_PX = 8.0, 2.5  # a thing that was pushed no farther, all in all, still lies where it did
 _AGAIN_NS, _AGAIN_MM, _AGAIN_SHARE = 2_000_000_000, 350.0, 0.35  # what is put down again is the same thing
 _ASKED_NS = 5_000_000_000  # the surface takes it in within this time, or is asked again
@@ -66,6 +66,9 @@ class ThingTracker:
             return
         seen = [self._seen(thing, picture, standing, joined, t_ns) for thing in before]
         self.things = tuple(thing for thing in seen if thing is not None)
+        for thing, now in zip(before, seen, strict=True):
+            if thing.freed and now is not None:
+                self.things = self._without_parts_of(now)
         self._lost = [(when, thing) for when, thing in self._lost if t_ns - when < _AGAIN_NS]
         self._lost += [(t_ns, thing) for thing, now in zip(before, seen, strict=True) if now is None]
         if standing is not None:
@@ -105,27 +108,44 @@ class ThingTracker:
         """Return a thing as a picture shows it, None where it does not any more."""
         lies_on_joined = joined is not None and is_part(thing.shape, joined)
         if thing.taken:
-            return thing if lies_on_joined else None
+            return thing if lies_on_joined else replace(thing, taken=False, freed=True, asked_ns=None, still_ns=t_ns)
         look = look_at(thing, picture, standing)
         # The surface may have taken in only what is below it.
         if lies_on_joined and thing.asked_ns is not None and look.left > _SUNK:
             return replace(thing, taken=True)
         thing = replace(thing, covered=look.seen < _UNCOVERED)
-        if look.touched and look.left > _BARELY_LEFT:
-            pushed = self._pushed(thing, picture)
-            if pushed is not None:
-                now = replace(thing, shape=pushed, outline=outline_of(pushed, self._lookout), odd_ns=None)
-                stays = dist(pushed.centre, thing.anchor) < max(_STAYS_PX, self._lookout.px(_STAYS_MM))
-                return now if stays else replace(now, still_ns=t_ns, anchor=pushed.centre, asked_ns=None)
-        if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
-            return replace(thing, odd_ns=None)
-        if thing.odd_ns is None or t_ns - thing.odd_ns < _ODD_NS:
-            return thing if thing.odd_ns is not None else replace(thing, odd_ns=t_ns)
-        return None if look.left > _WHOLLY_LEFT else self._shrunk(thing, picture, t_ns)
+        return self._elsewhere(thing, look, picture, t_ns) or self._left_of(thing, look, picture, t_ns)
 
-    def _pushed(self, thing: Thing, picture: CoarsePicture) -> Shape | None:
-        """Return the shape of a thing that was pushed, None where it was not."""
-        right, down = moved(thing.shape, picture, max(2, round(self._lookout.px(_PUSH_MM))))
+    def _elsewhere(self, thing: Thing, look: Look, picture: CoarsePicture, t_ns: int) -> Thing | None:
+        """Return a thing where it was pushed to, None where it was not."""
+        if look.left <= _BARELY_LEFT or not (look.touched or thing.freed):
+            return None
+        pushed = self._pushed(thing, picture, _PUSH_UNSEEN_MM if thing.freed else _PUSH_MM)
+        if pushed is None:
+            return None
+        now = replace(thing, shape=pushed, outline=outline_of(pushed, self._lookout), odd_ns=None, freed=False)
+        stays = dist(pushed.centre, thing.anchor) < max(_STAYS_PX, self._lookout.px(_STAYS_MM))
+        return now if stays else replace(now, still_ns=t_ns, anchor=pushed.centre, asked_ns=None)
+
+    def _left_of(self, thing: Thing, look: Look, picture: CoarsePicture, t_ns: int) -> Thing | None:
+        """Return what is left of a thing where it was; None where that is nothing."""
+        now = replace(thing, freed=False)
+        if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
+            return replace(now, odd_ns=None)
+        if thing.odd_ns is None and not (thing.freed and look.left > _WHOLLY_LEFT):
+            return replace(now, odd_ns=t_ns)
+        if thing.odd_ns is not None and t_ns - thing.odd_ns < _ODD_NS:
+            return now
+        return None if look.left > _WHOLLY_LEFT else self._shrunk(now, picture, t_ns)
+
+    def _without_parts_of(self, whole: Thing) -> tuple[Thing, ...]:
+        """Return the things without those that are but a part of one, seen before all of it was."""
+        own = mask_of(whole.shape.footprint, self._lookout.shape)
+        return tuple(t for t in self.things if t is whole or t.taken or not is_part(t.shape, own))
+
+    def _pushed(self, thing: Thing, picture: CoarsePicture, most_mm: float) -> Shape | None:
+        """Return the shape of a thing that was pushed, by so much at most; None where it was not."""
+        right, down = moved(thing.shape, picture, max(2, round(self._lookout.px(most_mm))))
         if (right, down) == (0, 0):
             return None
         rows, columns = self._lookout.shape
@@ -163,13 +183,15 @@ class ThingTracker:
         for thing in self.things:
             near = not beside.isdisjoint(thing.shape.footprint.tolist())
             if near and not thing.taken:
-                heights.ravel()[thing.shape.footprint] = thing.shape.heights_mm
+                own = thing.shape.footprint
+                heights.ravel()[own] = np.maximum(heights.take(own), thing.shape.heights_mm)
                 object_id = object_id or thing.object_id
             else:
                 rest.append(thing)
                 neighbours += [thing] if near else []
         shape = shape_of(heights > 0.0, heights)
-        if shape.height_mm > _TALLEST_MM:
+        # What is seen beside a thing while someone touches it may be that thing, on its way.
+        if shape.height_mm > _TALLEST_MM or any(_is_touched(each, part, standing) for each in neighbours):
             return
         is_edge = any(_is_edge_of(neighbour.shape, shape) for neighbour in neighbours)
         object_id = object_id or self._again(shape)
@@ -206,6 +228,11 @@ class ThingTracker:
         self.patches = tuple(patch_of(shape, over_mm, self._lookout) for shape in shapes)
         reach = 2 * round(self._lookout.px(_ZONE_MM)) + 1
         self._zone = cv2.dilate(zone, np.ones((reach, reach), np.uint8)) > 0
+
+
+def _is_touched(thing: Thing, beside: Part, standing: Standing) -> bool:
+    around = standing.labels.take(thing.shape.ring)
+    return bool(((around != 0) & (around != beside.label)).any())
 
 
 def _is_edge_of(thing: Shape, beside: Shape) -> bool:

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from touchd.model import COARSE_PX, Floats, Image16, Mask, Sensor
+from touchd.surface.bared import Bared
 from touchd.surface.joining import Change, Joining, window_around
 
 # A thing is gone where it reads lower than half of its height for so long; what is flatter cannot be told.
 _FLAT_RAW, _GONE_SHARE, _GONE_S, _PARTLY_GONE_S = 0.8, 0.6, 0.12, 0.3
 _SEEN_SHARE = 0.3  # of it must be in sight to tell
-_LEFT_OVER_SHARE = 0.3  # less than this of a thing is no thing
+_LEFT_OVER_SHARE = 0.85  # a thing of which less is left was pushed, or is another by now: none of it is the surface
 _CHUNK, _AROUND = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8)
 _CELL = np.ones((COARSE_PX, COARSE_PX), np.uint8)
 
@@ -29,6 +30,8 @@ class Layers:
         self._shape = (sensor.size[1], sensor.size[0])
         self._joining: list[Joining] = []
         self._lying: list[_Lying] = []
+        self._bared = Bared(self._readable, unit_raw)
+        self._measure()
 
     @property
     def mask(self) -> Mask:
@@ -58,8 +61,12 @@ class Layers:
         ``seconds`` have passed since the last one.
         """
         changes = [thing.taken_away(raw, reference, seconds) for thing in self._lying]
+        if self._lying and not any(changes):
+            bare = self._bared.step(_sampled(raw), _sampled(reference), self._by, self._tallest, seconds)
+            changes = [] if bare is None else [thing.laid_bare(bare) for thing in self._lying]
         if any(changes):
             self._lying = [thing for thing in self._lying if thing.rise.by.any()]
+            self._measure()
         # What lies at the same place is learned one after the other.
         learned = next((thing for thing in self._joining if thing.is_learned(raw)), None) if self._joining else None
         if learned is not None:
@@ -69,7 +76,16 @@ class Layers:
             # Whether a flat one is taken away could not be told: it becomes the surface for good.
             if np.median(rise.by[learned.own]) < -_FLAT_RAW * self._unit_raw:
                 self._lying.append(_Lying(rise, learned.own, self._readable, _FLAT_RAW * self._unit_raw))
+                self._measure()
         return [change for change in changes if change is not None]
+
+    def _measure(self) -> None:
+        """Measure anew what lies there, at the pixels that are sampled and at most around each."""
+        by = self.by
+        self._by = _sampled(by)
+        # A cell begins as many pixels before the one that is sampled.
+        around = cv2.dilate(np.abs(by), _CELL, anchor=(COARSE_PX // 2, COARSE_PX // 2))
+        self._tallest: Floats = _sampled(np.asarray(around, np.float32))
 
 
 class _Lying:
@@ -104,6 +120,12 @@ class _Lying:
             return None
         cells = np.greater(cv2.dilate(chunk, _AROUND), 0) & (lower | ~told)
         return self._without(np.kron(cells, _CELL) > 0)
+
+    def laid_bare(self, bare: Mask) -> Change | None:
+        """Return the surface's change where it is seen below the thing, as sampled (rows, columns); None for none."""
+        rows, columns = (slice(side.start // COARSE_PX, side.stop // COARSE_PX) for side in self.rise.window)
+        where = np.kron(bare[rows, columns], _CELL) > 0
+        return self._without(where) if self.rise.by[where].any() else None
 
     def _without(self, where: Mask) -> Change:
         before = self.rise
