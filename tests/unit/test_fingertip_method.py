@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pytest
@@ -314,5 +315,5 @@ def test_what_stands_higher_still_is_looked_at_only_where_a_finger_touched(
     method: FingertipMethod, table: Table
 ) -> None:
     pose = HandPose((30.0, 20.0), heading_deg=180.0, pitch_deg=85.0)
-    assert min(fitted_off_mm(method, table, pose, [])) > 30.0
+    assert min(fitted_off_mm(method, table, pose, []), default=inf) > 30.0
     assert min(fitted_off_mm(method, table, pose, [on_area_mm(pose)])) < 10.0

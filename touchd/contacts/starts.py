@@ -14,7 +14,7 @@ from touchd.geometry import AreaMap, distort_pixel
 from touchd.model import Floats
 
 # A steep finger covers its own tip. What stands higher is hardly one near the surface, unless it was and touched.
-_HIGHEST_MM, _HIGHEST_LIVE_MM = 85.0, 110.0
+_HIGHEST_MM, _HIGHEST_LIVE_MM = 75.0, 110.0
 _RADIUS_MM = 6.3  # of an ordinary finger
 _THICK_MM = 13.0
 _BEHIND_MM, _RISES_MM = 6.0, 5.0  # a finger rises by this much over that way
