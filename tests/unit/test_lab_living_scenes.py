@@ -1,6 +1,7 @@
 """The scenes of a surface that lives: drift, knocks, blindness, things, resting arms, hovers."""
 
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from functools import cache
 from itertools import pairwise
 from math import dist
@@ -11,6 +12,7 @@ import pytest
 from touchd.lab.scenes import LONG_SCENES, LabScene, TrueThing, TrueTip, TruthFrame, lab_scene
 from touchd.lab.scenes.handling import TOUCHABLE_AFTER_S
 from touchd.lab.scenes.living import EMPTY_MS
+from touchd.table.scene import Capsule, Hand
 
 THINGS = ("phone", "cup", "book", "paper", "laptop")
 HEIGHTS = (750.0, 1500.0)
@@ -210,6 +212,36 @@ def test_no_fingertip_goes_through_a_thing(name: str) -> None:
                 over += 1
                 assert tip.z_mm + tip.height_mm > thing.height_mm - 1e-6
     assert over
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+@pytest.mark.parametrize("name", ["phone", "book", "laptop"])
+def test_no_finger_of_a_hand_that_takes_a_thing_by_its_upper_side_goes_into_it(name: str, height_mm: float) -> None:
+    of, over = scene(name, height_mm), 0
+    begin_ns = truths(name, height_mm)[0].t_ns
+    for frame in truths(name, height_mm):
+        if not frame.things or not any(tip.either for tip in frame.tips):
+            continue
+        (thing,) = frame.things
+        footprint = np.array(thing.footprint, np.float32)
+        for x_mm, y_mm, low_mm in lowest_of_fingers(of.play.hands(frame.t_ns - begin_ns)):
+            if cv2.pointPolygonTest(footprint, on_area(of, x_mm, y_mm), measureDist=False) > 0.0:
+                over += 1
+                assert low_mm > thing.height_mm - 0.1
+    assert over > 30
+
+
+def on_area(of: LabScene, x_mm: float, y_mm: float) -> tuple[float, float]:
+    (x, y), (width, height) = of.area.centre_mm, of.area.size_mm
+    return (x_mm - x) / width + 0.5, (y_mm - y) / height + 0.5
+
+
+def lowest_of_fingers(hands: Sequence[Hand]) -> Iterator[tuple[float, float, float]]:
+    """Yield the places of all joints, and how high their undersides are."""
+    for solid in (solid for hand in hands for solid in hand.solids):
+        if isinstance(solid, Capsule):
+            for (x, y, z), radius in ((solid.a_mm, solid.radius_a_mm), (solid.b_mm, solid.radius_b_mm)):
+                yield x, y, z - radius
 
 
 def test_a_resting_forearm_lies_on_the_table_for_a_minute_while_both_hands_touch() -> None:

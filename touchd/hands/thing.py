@@ -15,6 +15,7 @@ _CORNER_MM = 5.0  # by so much at most the outline's polygon leaves the outline
 _RING = np.ones((7, 7), np.uint8)
 _SAMPLES, _SCATTER = 160, 7919  # a prime
 _TYPICAL = 0.75
+_UNLIKE = 0.6  # of its height: where it is off by more in the mean, it is not
 _PLAINLY = 2.5  # standard errors by which another place must look better than its own
 
 
@@ -141,7 +142,9 @@ def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
     off = np.minimum(np.abs(seen - expected), np.maximum(expected, np.float32(10.0)))
     wrong = np.where(inside, off, expected)
     best, stays = int((wrong.mean(axis=1) + np.float32(0.02) * np.hypot(down, right)).argmin()), len(wrong) // 2
-    # Noise makes one of many places look a little better than its own.
+    # What is lifted is nowhere; and noise makes one of many places look a little better than its own.
+    if float(wrong[best].mean()) > _UNLIKE * float(expected.mean()):
+        return 0, 0
     better = wrong[stays] - wrong[best]
     plain = float(better.mean()) > _PLAINLY * float(better.std()) / sqrt(len(better))
     return (int(right[best]), int(down[best])) if plain else (0, 0)

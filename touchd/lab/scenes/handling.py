@@ -122,7 +122,9 @@ def _carry(room: Room, owner: Owner, kind: Kind, laid: Laid, start_ms: float) ->
     way.go(high, 350.0)
     way.reach(outside(room, owner.person, owner.left, low, beyond_mm).lifted(high.lifts_mm[0]))
     hand = hand_of(room, owner.person, int(owner.left), IN_THE_AIR, way, owner.left, wrist_deg=0.0)
-    return replace(hand, holding_mm=_HOLDING_MM * room.lift)
+    # Held by its upper side, it has the other fingers over it, which are not to touch.
+    over_mm = kind.hold_up_mm if kind.hold_in_mm > 0.0 else 0.0
+    return replace(hand, holding_mm=_HOLDING_MM * room.lift, idle_over_mm=over_mm)
 
 
 def _push(room: Room, owner: Owner, kind: Kind, laid: Laid, push_mm: float, start_ms: float) -> Performer:

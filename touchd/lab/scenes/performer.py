@@ -30,8 +30,8 @@ class Performer:
 
     ``pivot_mm`` is the far place outside the table from which the arm comes; ``wrist_deg`` how the hand is turned
     against it. ``ground`` is what it moves over where that is not the room's ground: a thing that lies there.
-    ``holding_mm``: fingertips lower than this hold a thing and may be taken for touches. With ``forearm_rests`` the
-    elbow is as high as the heel.
+    ``holding_mm``: fingertips lower than this hold a thing and may be taken for touches; ``idle_over_mm``: how high
+    that thing is under the other fingers. With ``forearm_rests`` the elbow is as high as the heel.
     """
 
     person: int
@@ -45,6 +45,7 @@ class Performer:
     legs: tuple[Leg, ...]
     ground: Ground | None = None
     holding_mm: float = 0.0
+    idle_over_mm: float = 0.0
     forearm_rests: bool = False
 
     @property
@@ -65,7 +66,8 @@ class Performer:
             plus(foot.place_mm, foot.normal, radius + foot.height_mm) for foot, radius in zip(feet, radii, strict=True)
         )
         heading = self._heading_deg(stance)
-        aim = Aim(heading, stance.pitch_deg, balls, stance.anchor_mm, stance.heel_mm, ground.top_mm)
+        floor_mm = max(ground.top_mm, self.idle_over_mm)
+        aim = Aim(heading, stance.pitch_deg, balls, stance.anchor_mm, stance.heel_mm, floor_mm)
         held = pose(self.build, self.grip, aim)
         elbow_mm = stance.heel_mm if self.forearm_rests else None
         return with_arm(held, self.build, self.pivot_mm, self.shoulder_mm, self.sleeve, elbow_mm)
