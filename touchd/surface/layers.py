@@ -97,7 +97,7 @@ class _Lying:
         self.own = own
         self._readable = readable
         self._flat_raw = flat_raw
-        self._at_first = np.count_nonzero(rise.by)
+        self._at_first = self._standing(rise.by)
         self._gone_s = np.zeros(_sampled(own).shape, np.float32)
 
     def taken_away(self, raw: Image16, reference: Floats, seconds: float) -> Change | None:
@@ -127,10 +127,14 @@ class _Lying:
         where = np.kron(bare[rows, columns], _CELL) > 0
         return self._without(where) if self.rise.by[where].any() else None
 
+    def _standing(self, by: Floats) -> int:
+        """Return how many of the thing's own pixels it makes higher."""
+        return int(np.count_nonzero(by[self.own] < -self._flat_raw))
+
     def _without(self, where: Mask) -> Change:
         before = self.rise
         left = np.where(where, np.float32(0.0), before.by)
-        if np.count_nonzero(left) < _LEFT_OVER_SHARE * self._at_first:
+        if self._standing(left) < _LEFT_OVER_SHARE * self._at_first:
             left = np.zeros_like(left)
         self.rise = Change(before.window, left)
         self._gone_s[:] = 0.0
