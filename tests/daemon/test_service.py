@@ -11,6 +11,7 @@ from touchd.pipeline import Pipeline
 from touchd.ready import PipelineSettings, Ready
 from touchd.service import Service
 
+from clients.harness import PATIENCE_S
 from daemon.running import wait_until
 
 Edit = Callable[[int], Path]
@@ -55,7 +56,7 @@ def worker_busy(service: Service) -> Iterator[None]:
         free.wait()
 
     service.daemon.ask(be_busy)
-    busy.wait()
+    assert busy.wait(PATIENCE_S)
     try:
         yield
     finally:
@@ -66,7 +67,7 @@ def worker_idle(service: Service) -> None:
     """Wait until the worker has come to what was asked of it so far."""
     done = threading.Event()
     service.daemon.ask(done.set)
-    done.wait()
+    assert done.wait(PATIENCE_S)
 
 
 def left_corner(service: Service) -> float:

@@ -132,11 +132,11 @@ class ThingTracker:
         now = replace(thing, freed=False)
         if look.seen < _LEAST_SEEN or look.left < _PARTLY_LEFT:
             return replace(now, odd_ns=None)
-        if thing.odd_ns is None and not (thing.freed and look.left > _WHOLLY_LEFT):
-            return replace(now, odd_ns=t_ns)
-        if thing.odd_ns is not None and t_ns - thing.odd_ns < _ODD_NS:
-            return now
-        return None if look.left > _WHOLLY_LEFT else self._shrunk(now, picture, t_ns)
+        is_gone = look.left > _WHOLLY_LEFT
+        odd_ns = t_ns if thing.odd_ns is None else thing.odd_ns
+        if t_ns - odd_ns < _ODD_NS and not (is_gone and thing.freed):
+            return replace(now, odd_ns=odd_ns)
+        return None if is_gone else self._shrunk(now, picture, t_ns)
 
     def _without_parts_of(self, whole: Thing) -> tuple[Thing, ...]:
         """Return the things without those that are but a part of one, seen before all of it was."""

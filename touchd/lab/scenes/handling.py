@@ -81,9 +81,8 @@ def _handled(room: Room, kind: Kind) -> Cast:
     again = [freed, *_beside(room, owner, kind, pushed, 1)]
     after = _touching(room, owner.person, again, end_ms(push) + 200.0, over_mm)
     take = _carry(room, owner, kind, pushed, end_ms(after) + 200.0)
-    if kind.hold_in_mm > 0.0:
-        # Fingertips that take it by its upper side touch what has become part of the surface.
-        take = replace(take, holding_mm=take.holding_mm + kind.hold_up_mm)
+    # Fingertips that take it by its upper side touch what has become part of the surface.
+    take = replace(take, holding_mm=take.holding_mm + kind.held_over_mm)
     gone = _touching(room, owner.person, [*_on(room, kind, pushed, 3), freed], end_ms(take) + 100.0)
     phases = (
         _held(put, (0, 2), lies.at_mm, 2),
@@ -122,9 +121,7 @@ def _carry(room: Room, owner: Owner, kind: Kind, laid: Laid, start_ms: float) ->
     way.go(high, 350.0)
     way.reach(outside(room, owner.person, owner.left, low, beyond_mm).lifted(high.lifts_mm[0]))
     hand = hand_of(room, owner.person, int(owner.left), IN_THE_AIR, way, owner.left, wrist_deg=0.0)
-    # Held by its upper side, it has the other fingers over it, which are not to touch.
-    over_mm = kind.hold_up_mm if kind.hold_in_mm > 0.0 else 0.0
-    return replace(hand, holding_mm=_HOLDING_MM * room.lift, idle_over_mm=over_mm)
+    return replace(hand, holding_mm=_HOLDING_MM * room.lift, idle_over_mm=kind.held_over_mm)
 
 
 def _push(room: Room, owner: Owner, kind: Kind, laid: Laid, push_mm: float, start_ms: float) -> Performer:

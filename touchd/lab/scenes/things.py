@@ -55,6 +55,11 @@ class Kind:
     look: Callable[["Kind", Laid], tuple[Solid, ...]]
     top_mm: tuple[Place, Place]
 
+    @property
+    def held_over_mm(self) -> float:
+        """How high over its base hands are that hold it: fingers over its upper side; 0 where they are beside it."""
+        return self.hold_up_mm if self.hold_in_mm > 0.0 else 0.0
+
     def solids(self, laid: Laid) -> tuple[Solid, ...]:
         """Return what it looks like where it is laid."""
         return self.look(self, laid)
