@@ -39,6 +39,22 @@ def test_one_that_jumps_farther_than_fingers_do_is_new(beliefs: Beliefs) -> None
     assert odds(beliefs, standing_at(140.0, 100.0)) == [pytest.approx(new, abs=1e-5)]
 
 
+class Sure(Beliefs):
+    """Beliefs of a network that takes whatever it is shown for a touch."""
+
+    def think(self, now: Sequence[Standing], last: Sequence[Known | None]) -> tuple[list[Said], Floats]:
+        _, states = super().think(now, last)
+        return [Said(9.0, 9.0, 0.0, 0.0, 0.0) for _ in now], states
+
+
+def test_no_belief_goes_far_beyond_the_best_that_the_judge_said_lately() -> None:
+    sure = Sure(PIXEL_MM, learned_weights())
+    assert odds(sure, standing_at(100.0, 100.0, odds=-4.0)) == [-1.0]
+    assert odds(sure, standing_at(101.0, 100.0, odds=2.0)) == [5.0]
+    later = [odds(sure, standing_at(101.0, 100.0, odds=-3.0))[0] for _ in range(7)]
+    assert later == [4.0, 3.0, 2.0, 1.0, 0.0, 0.0, 0.0]
+
+
 class Remembering(Beliefs):
     """Beliefs that tell which fingertip of the last picture each one was taken for."""
 

@@ -210,7 +210,7 @@ class Doubting(Beliefs):
         """Say so of each."""
         was = [standing_at(one.rest_mm[0] - 9.0, 100.0) for one in now]
         state = np.zeros(32, np.float32)
-        return [Belief(self._said, Known(one, state, self._said, (self._way_px, 0.0))) for one in was]
+        return [Belief(self._said, Known(one, state, self._said, (self._way_px, 0.0), 0.0)) for one in was]
 
 
 def turned(towards: tuple[float, float], right_mm: float) -> tuple[float, float]:

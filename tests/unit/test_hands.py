@@ -127,6 +127,37 @@ def test_a_hand_in_a_dark_sleeve_is_a_hand_however_still_it_is(height_mm: float)
     assert stage.objects == ()
 
 
+def without_upper_arm(hand: Hand) -> Hand:
+    """Return a pointing hand whose arm ends at the elbow."""
+    return Hand(hand.solids[:-1], hand.fingertips)
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+def test_an_arm_that_ends_in_the_picture_is_a_hand_however_still_it_is(height_mm: float) -> None:
+    top = tabletop(height_mm)
+    watch = Watch(top)
+    for step in range(40):
+        stage = watch.see(without_upper_arm(from_below((-10.0 * max(0, 8 - step), -180.0), 0.0)))
+        assert ids(stage) == ([1] if step > 3 else [])
+    assert stage.objects == ()
+    (hand,) = stage.hands
+    assert dist(top.mm_of((hand.x, hand.y)), (15.0, -115.0)) < 35.0
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+def test_fingers_of_an_arm_that_ends_in_the_picture_touch_and_stay(height_mm: float) -> None:
+    top = tabletop(height_mm)
+    pipeline = top.pipeline()
+    touching = []
+    for index in range(40):
+        hand = without_upper_arm(from_below((0.0, -180.0), 12.0 * max(0, 8 - index)))
+        frame = pipeline.step(Frame(index=index, t_ns=(100 + index) * FRAME_NS, raw=top.picture([hand], 100 + index)))
+        pipeline.settle()
+        touching.append([cursor.session_id for cursor in frame.cursors])
+    assert touching[:5] == [[]] * 5
+    assert touching[12:] == [[1]] * 28
+
+
 @pytest.mark.parametrize("height_mm", HEIGHTS)
 def test_two_arms_of_one_side_are_one_persons_left_and_right(height_mm: float) -> None:
     watch = Watch(tabletop(height_mm))

@@ -8,7 +8,7 @@ import pytest
 from touchd.hands.stage import HandStage
 from touchd.model import Contact, Frame, Mask, TableObject
 from touchd.table.hands import HandPose, pointing_hand
-from touchd.table.scene import Block, Hand, Place
+from touchd.table.scene import Block, Capsule, Hand, Place
 
 from tabletop import FRAME_NS, Watch, booklet, cup, in_dark_sleeve, phone, tabletop
 
@@ -58,6 +58,37 @@ def test_what_is_put_down_is_an_object_once_the_hand_has_left(height_mm: float, 
 def test_what_a_hand_in_a_dark_sleeve_puts_down_is_an_object_and_its_hand_is_none(height_mm: float, name: str) -> None:
     thing, high_mm = THINGS[name]
     assert [o.object_id for o in put_down(Watch(tabletop(height_mm)), thing, high_mm, in_dark_sleeve).objects] == [1]
+
+
+def bottle(at_mm: Place, lift_mm: float = 0.0) -> Hand:
+    x_mm, y_mm = at_mm
+    return Hand((Capsule((x_mm, y_mm, lift_mm + 35.0), (x_mm, y_mm, lift_mm + 215.0), 35.0, 25.0),), ())
+
+
+def long_box(at_mm: Place, lift_mm: float = 0.0) -> Hand:
+    return Hand((Block((*at_mm, lift_mm), (280.0, 60.0, 75.0), 20.0),), ())
+
+
+def open_laptop(at_mm: Place, lift_mm: float = 0.0) -> Hand:
+    x_mm, y_mm = at_mm
+    screen = Block((x_mm, y_mm + 95.0, lift_mm), (300.0, 8.0, 190.0), lean_deg=20.0)
+    return Hand((Block((*at_mm, lift_mm), (300.0, 200.0, 16.0)), screen), ())
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+@pytest.mark.parametrize("thing", [bottle, long_box, open_laptop])
+@pytest.mark.parametrize("at_mm", [(0.0, 0.0), (-80.0, -30.0)])
+def test_what_is_long_or_tall_is_an_object_and_no_arm(height_mm: float, thing: Thing, at_mm: Place) -> None:
+    watch = Watch(tabletop(height_mm))
+
+    def there(at: Place, lift_mm: float = 0.0) -> Hand:
+        return thing((at[0] + at_mm[0], at[1] + at_mm[1]), lift_mm)
+
+    put_down(watch, there, 220.0)
+    for _ in range(20):
+        stage = watch.see(there((0.0, 0.0)))
+    assert [found.object_id for found in stage.objects] == [1]
+    assert stage.hands == ()
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)

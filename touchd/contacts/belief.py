@@ -12,19 +12,24 @@ from touchd.model import Floats
 _FARTHEST_MM = 35.0  # that a finger moves between two pictures
 _DOUBTED_MM = 12.0  # so much farther counts what was taken for no fingertip
 _FORGOTTEN_AFTER = 2  # pictures that do not show it
+# A network may make much of what it never saw: log odds lie at most so far above the best that the judge gave lately,
+# which counts so much less in each picture.
+_BEYOND, _FADES = 3.0, 1.0
 
 
 @dataclass(frozen=True, slots=True)
 class Known:
     """A fingertip of a picture before, the state that it was left in, and what was said of it.
 
-    ``way_px``: how far it moved from the picture before that one, in u and v.
+    ``way_px``: how far it moved from the picture before that one, in u and v. ``shown_odds``: the judge's best of
+    touching lately.
     """
 
     standing: Standing
     state: Floats
     said: Said
     way_px: tuple[float, float]
+    shown_odds: float
 
     @property
     def place_px(self) -> tuple[float, float]:
@@ -59,7 +64,9 @@ class Beliefs:
         """Return what to think of fingertips by this picture and all before."""
         pairs = self._pairs(now)
         last = [self._before[pairs[i]] if i in pairs else None for i in range(len(now))]
-        said, states = self.think(now, last)
+        thought, states = self.think(now, last)
+        shown = [_shown_odds(one, known) for one, known in zip(now, last, strict=True)]
+        said = [replace(one, odds=min(one.odds, odds + _BEYOND)) for one, odds in zip(thought, shown, strict=True)]
         again = set(pairs.values())
         lost = [
             replace(known, standing=replace(known.standing, unseen=known.standing.unseen + 1))
@@ -67,8 +74,8 @@ class Beliefs:
             if j not in again and known.standing.unseen < _FORGOTTEN_AFTER
         ]
         self._before = [
-            Known(one, state, told, _way_px(one, known))
-            for one, state, told, known in zip(now, states, said, last, strict=True)
+            Known(one, state, told, _way_px(one, known), odds)
+            for one, state, told, known, odds in zip(now, states, said, last, shown, strict=True)
         ] + lost
         return [Belief(told, known) for told, known in zip(said, last, strict=True)]
 
@@ -102,6 +109,12 @@ class Beliefs:
                 states[i] = known.state
         inputs, hearing = company(now, [None if known is None else known.standing for known in last])
         return step(self._weights, inputs, states, hearing)
+
+
+def _shown_odds(one: Standing, known: Known | None) -> float:
+    """Return the best log odds of touching that the judge gave a fingertip lately."""
+    now = one.seen.opinion.odds
+    return now if known is None else max(now, known.shown_odds - _FADES)
 
 
 def _way_px(one: Standing, known: Known | None) -> tuple[float, float]:

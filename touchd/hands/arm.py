@@ -13,7 +13,8 @@ class Arm:
 
     ``labels``: the parts of the last picture that it is, or shares; empty if it is missed.
 
-    ``longest``: how far it has reached in so far, in px. ``calm_at``: where its hand has been since ``calm_ns``.
+    ``longest``: how far it has reached in so far, in px. ``calm_at``: where its hand has been since ``calm_ns``; of one
+    that nothing leads to, the middle of all of it.
     """
 
     key: int

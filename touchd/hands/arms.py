@@ -12,6 +12,7 @@ from touchd.hands.limb import Limb, Pixels, limbs_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.needless import HALF_IN_MM, Needless
 from touchd.hands.standing import Part, Place, Standing
+from touchd.hands.unattached import upper_end
 from touchd.model import Floats
 
 _HAND_MM = 105.0  # from the tip of a hand to where it ends
@@ -64,14 +65,24 @@ class ArmTracker:
                 self._begin(part, part.doors[0], standing, t_ns)
         self._watch_doors(standing, t_ns)
         islands = [part for part in free if not (part.doors or self._is_fragment(part, standing))]
-        sleeved = [part for part in islands if self._claims.is_sleeved(part.label, standing)]
-        for part in sleeved:
-            self.adopt(part, standing, t_ns)
-        return [part for part in islands if part not in sleeved]
+        led = [part for part in islands if self._is_arm(part, standing, t_ns)]
+        return [part for part in islands if part not in led]
 
     def adopt(self, part: Part, standing: Standing, t_ns: int) -> None:
         """Take an island for a hand, whose arm nobody sees."""
         self._begin(part, self._nearest_border(standing.centre(part.label)), standing, t_ns)
+
+    def _is_arm(self, island: Part, standing: Standing, t_ns: int) -> bool:
+        """Return whether an island shows by itself that it is an arm, or has one; it is followed from now on then."""
+        upper = upper_end(island.label, standing, self._lookout)
+        if upper is not None:
+            limb = self._limb(*standing.places(island.label), upper, standing)
+            self._add(limb, island, t_ns, led=True)
+        elif self._claims.is_sleeved(island.label, standing):
+            self.adopt(island, standing, t_ns)
+        else:
+            return False
+        return True
 
     def _claimed(self, standing: Standing) -> list[list[int]]:
         """Return for each arm the labels of the parts that it is in."""
@@ -88,7 +99,7 @@ class ArmTracker:
             if not labels:
                 free = [part for label, part in standing.parts.items() if label not in owned]
                 distance, label = min(
-                    ((_apart(arm.limb, part, standing), part.label) for part in free), default=(limit, 0)
+                    ((self._apart(arm.limb, part, standing), part.label) for part in free), default=(limit, 0)
                 )
                 if distance < limit:
                     labels.append(label)
@@ -111,7 +122,7 @@ class ArmTracker:
         flat = (pixels.rows * np.float32(standing.labels.shape[1]) + pixels.columns).astype(np.intp)
         self._traces = Traces(tuple(arm.key for arm, _ in held), flat, pixels.whose, at_hand)
         followed = [
-            self._moved(arm, labels, self._believable(arm, labels, limb, held), way, t_ns)
+            self._moved(arm, labels, self._believable(arm, labels, limb, held), way, standing, t_ns)
             for (arm, labels), limb, way in zip(held, limbs, ways, strict=True)
         ]
         kept = [arm for arm in followed if arm.way.led or t_ns - arm.calm_ns < _CALM_NS]
@@ -130,9 +141,11 @@ class ArmTracker:
         clear = all(other.beside(seen.tip) > self._lookout.px(_CLEAR_MM) for other in others)
         return seen if clear else replace(arm.limb, door=seen.door)
 
-    def _moved(self, arm: Arm, labels: Sequence[int], limb: Limb, way: WayIn, t_ns: int) -> Arm:
-        calm = dist(limb.middle, arm.calm_at) < self._lookout.px(_CALM_MM)
-        calm_at, calm_ns = (arm.calm_at, arm.calm_ns) if calm else (limb.middle, t_ns)
+    def _moved(self, arm: Arm, labels: Sequence[int], limb: Limb, way: WayIn, standing: Standing, t_ns: int) -> Arm:
+        # What is no arm after all has no hand: its farthest corner is now this one, now that.
+        place = limb.middle if way.led else standing.centre(labels[0])
+        calm = dist(place, arm.calm_at) < self._lookout.px(_CALM_MM)
+        calm_at, calm_ns = (arm.calm_at, arm.calm_ns) if calm else (place, t_ns)
         longest = max(arm.longest, limb.reach)
         return Arm(arm.key, arm.born_ns, t_ns, limb, tuple(labels), way, longest, calm_at, calm_ns)
 
@@ -172,10 +185,10 @@ class ArmTracker:
 
     def _begin(self, part: Part, door: Place, standing: Standing, t_ns: int) -> None:
         limb = self._limb(*standing.places(part.label), door, standing)
-        self._add(limb, part, t_ns)
+        self._add(limb, part, t_ns, led=bool(part.doors))
 
-    def _add(self, limb: Limb, part: Part, t_ns: int) -> None:
-        way = WayIn(limb.door, 0.0, connected=bool(part.doors), led=bool(part.doors))
+    def _add(self, limb: Limb, part: Part, t_ns: int, led: bool) -> None:
+        way = WayIn(limb.door, 0.0, connected=bool(part.doors), led=led)
         arm = Arm(self._next_key, t_ns, t_ns, limb, (part.label,), way, limb.reach, limb.middle, t_ns)
         self.arms = (*self.arms, arm)
         self._next_key += 1
@@ -208,8 +221,15 @@ class ArmTracker:
         limb = self._limb(columns[far], rows[far], door, standing)
         if limb.reach < self._lookout.px(_BRANCH_MM):
             return False
-        self._add(limb, part, t_ns)
+        self._add(limb, part, t_ns, led=True)
         return True
+
+    def _apart(self, limb: Limb, part: Part, standing: Standing) -> float:
+        """Return how far a part is from where an arm was: its door from the arm's, or an island from the hand."""
+        if part.doors:
+            return min(dist(door, limb.door) for door in part.doors)
+        upper = upper_end(part.label, standing, self._lookout)
+        return dist(standing.centre(part.label), limb.middle) if upper is None else dist(upper, limb.door)
 
     def _nearest_border(self, place: Place) -> Place:
         window = self._lookout.window
@@ -222,13 +242,6 @@ class ArmTracker:
 def _missed(arms: Sequence[Arm], t_ns: int) -> list[Arm]:
     """Return the arms that are kept though no picture shows them."""
     return [replace(arm, labels=()) for arm in arms if t_ns - arm.seen_ns <= _LASTING_NS]
-
-
-def _apart(limb: Limb, part: Part, standing: Standing) -> float:
-    """Return how far a part is from where an arm was: its door from the arm's, or an island from the hand."""
-    if part.doors:
-        return min(dist(door, limb.door) for door in part.doors)
-    return dist(standing.centre(part.label), limb.middle)
 
 
 def _divided(held: Sequence[tuple[Arm, Sequence[int]]], standing: Standing) -> tuple[Pixels, list[int]]:

@@ -9,6 +9,7 @@ import numpy as np
 from touchd.hands.limb import Limb, Pixels, limbs_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.standing import Indices, Place, Standing
+from touchd.hands.unattached import upper_end
 
 _DOOR_MM = 90.0  # an arm comes in at most so far from where it did in the last picture
 _GAP_MM = 45.0  # a hand is at most so far from the end of its arm; a thing left behind is farther
@@ -104,11 +105,20 @@ class Claims:
         dark = standing.dark_doors(labels[0])
         if dark:
             return WayIn(nearest(dark, before), 0.0, connected=False, led=True)
-        return WayIn(before, 0.0, connected=False, led=self._is_at_border(labels[0], standing))
+        if self._is_at_border(labels[0], standing):
+            return WayIn(before, 0.0, connected=False, led=True)
+        upper = upper_end(labels[0], standing, self._lookout)
+        if upper is not None:
+            return WayIn(upper, _height_mm(upper, standing), connected=False, led=True)
+        return WayIn(before, 0.0, connected=False, led=False)
 
     def is_led(self, label: int, standing: Standing) -> bool:
-        """Return whether an arm may lead to an island, one of which there are no readings."""
-        return self._is_at_border(label, standing) or bool(standing.dark_doors(label))
+        """Return whether an arm may lead to an island, one of which there are no readings, or is the island."""
+        return (
+            self._is_at_border(label, standing)
+            or bool(standing.dark_doors(label))
+            or upper_end(label, standing, self._lookout) is not None
+        )
 
     def is_sleeved(self, label: int, standing: Standing) -> bool:
         """Return whether an island that nobody knows is a hand to which a dark sleeve leads."""
@@ -132,7 +142,8 @@ class Claims:
 class WayIn:
     """How an arm comes in: at a ``door``, so high above the surface if it is seen there.
 
-    ``connected``: seen to come in over the border. ``led``: or something dark is seen that does, and hides the arm.
+    ``connected``: seen to come in over the border. ``led``: or something dark is seen that does, and hides the arm, or
+    the arm itself ends in the picture.
     """
 
     door: Place
