@@ -89,6 +89,15 @@ def test_arms_that_cross_keep_their_ids_and_hands(height_mm: float) -> None:
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)
+def test_an_arm_first_seen_across_another_is_one_more_hand_for_as_long_as_it_stays(height_mm: float) -> None:
+    watch = Watch(tabletop(height_mm))
+    come_in(watch, (0.0, 0.0))
+    for step in range(40):
+        stage = watch.see(from_below((0.0, 0.0)), from_the_left((120.0, 60.0), 90.0))
+        assert ids(stage) in ([[1], [1, 2]] if step < 14 else [[1, 2]])
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
 def test_hands_that_meet_and_part_are_still_who_they_were(height_mm: float) -> None:
     watch = Watch(tabletop(height_mm))
     for _ in range(6):

@@ -88,7 +88,12 @@ class ArmTracker:
         """Return for each arm the labels of the parts that it is in."""
         overlaps = self._traces.overlaps(standing)
         return [
-            self._claims.of(arm.limb, *overlaps[arm.key], standing) if arm.key in overlaps else [] for arm in self.arms
+            self._claims.of(arm.limb, *overlaps[arm.key], standing)
+            if arm.key in overlaps
+            else self._claims.at_door(arm.limb, standing)
+            if arm.labels and arm.way.connected  # and so began in the last picture, and left no traces yet
+            else []
+            for arm in self.arms
         ]
 
     def _reclaim(self, claims: Sequence[list[int]], standing: Standing) -> None:
@@ -219,7 +224,8 @@ class ArmTracker:
         if not far.size:
             return False
         limb = self._limb(columns[far], rows[far], door, standing)
-        if limb.reach < self._lookout.px(_BRANCH_MM):
+        ends_beside = any(arm.limb.beside(limb.tip) < self._lookout.px(_CLEAR_MM) for arm in owners)
+        if limb.reach < self._lookout.px(_BRANCH_MM) or ends_beside:
             return False
         self._add(limb, part, t_ns, led=True)
         return True

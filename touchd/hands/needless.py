@@ -13,6 +13,8 @@ from touchd.hands.standing import Place, Standing
 
 HALF_IN_MM = 140.0  # of an arm; its hand's fingers may come in one by one
 _ALL_OF_IT_MM = 95.0  # so near to one arm's middle line is all of a part that shows no other
+_OFF_MM = 60.0  # from what stands there, a hand is nowhere
+_SAME_HAND_MM = 40.0  # ends that lie so near to each other may be one hand's
 _HIDDEN_NS = 500_000_000  # for so long
 
 
@@ -36,10 +38,26 @@ class Needless:
             same = [arm for arm in owners if _same_door(arm, longest, doors)]
             short = self._lookout.px(HALF_IN_MM)
             stubs |= {arm.key for arm in same if arm is not longest and arm.longest < short}
-            if len(same) > 1:
-                hidden |= self._hidden(same, label, standing)
+            # One rule at a time, lest two of them leave none of the arms.
+            hidden |= self._nowhere(owners, label, standing) or self._hidden(same, label, standing) or self._twice(same)
         self._since_ns = {key: self._since_ns.get(key, t_ns) for key in hidden}
         return stubs | {key for key, since_ns in self._since_ns.items() if t_ns - since_ns > _HIDDEN_NS}
+
+    def _nowhere(self, owners: Sequence[Arm], label: int, standing: Standing) -> set[int]:
+        """Return the keys of the arms whose hands are not where their part is, unless that is so of all of them."""
+        columns, rows = standing.places(label)
+        off_px = {arm.key: float(np.hypot(columns - arm.limb.tip[0], rows - arm.limb.tip[1]).min()) for arm in owners}
+        nowhere = {key for key, off in off_px.items() if off > self._lookout.px(_OFF_MM)}
+        return nowhere if len(nowhere) < len(owners) else set()
+
+    def _twice(self, same: Sequence[Arm]) -> set[int]:
+        """Return the keys of the arms with one door that end where an older one does."""
+        near = self._lookout.px(_SAME_HAND_MM)
+        return {
+            arm.key
+            for arm in same
+            if any(other.key < arm.key and dist(other.limb.tip, arm.limb.tip) < near for other in same)
+        }
 
     def _hidden(self, same: Sequence[Arm], label: int, standing: Standing) -> set[int]:
         """Return which of the arms with one door do not show, if their part looks like a single arm."""
