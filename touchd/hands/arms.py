@@ -87,14 +87,15 @@ class ArmTracker:
     def _claimed(self, standing: Standing) -> list[list[int]]:
         """Return for each arm the labels of the parts that it is in."""
         overlaps = self._traces.overlaps(standing)
-        return [
-            self._claims.of(arm.limb, *overlaps[arm.key], standing)
-            if arm.key in overlaps
-            else self._claims.at_door(arm.limb, standing)
-            if arm.labels and arm.way.connected  # and so began in the last picture, and left no traces yet
-            else []
-            for arm in self.arms
-        ]
+        claims: list[list[int]] = []
+        for arm in self.arms:
+            if arm.key in overlaps:
+                claims.append(self._claims.of(arm.limb, *overlaps[arm.key], standing))
+            else:
+                # What was not missed in the last picture began in it, and left no traces yet.
+                is_new = bool(arm.labels) and arm.way.connected
+                claims.append(self._claims.at_door(arm.limb, standing) if is_new else [])
+        return claims
 
     def _reclaim(self, claims: Sequence[list[int]], standing: Standing) -> None:
         """Give arms that are missed the part nearest to where they were that is nobody's."""

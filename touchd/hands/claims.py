@@ -122,9 +122,7 @@ class Claims:
 
     def is_sleeved(self, label: int, standing: Standing) -> bool:
         """Return whether an island that nobody knows is a hand to which a dark sleeve leads."""
-        columns, rows = standing.places(label)
-        heights = standing.heights_mm[rows.astype(np.intp), columns.astype(np.intp)]
-        return float(heights.max()) > _HAND_MM and bool(standing.dark_doors(label))
+        return float(standing.heights(label).max()) > _HAND_MM and bool(standing.dark_doors(label))
 
     def _is_at_border(self, label: int, standing: Standing) -> bool:
         columns, rows = standing.places(label)

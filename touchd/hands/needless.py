@@ -1,4 +1,4 @@
-"""Arms that turn out to be part of another one: its hand's fingers, its shoulder, or what is left of a head."""
+"""Arms that are none: part of another one (its hand's fingers, its shoulder), what is left of a head, or nowhere."""
 
 from collections.abc import Sequence
 from math import dist
@@ -44,23 +44,16 @@ class Needless:
         return stubs | {key for key, since_ns in self._since_ns.items() if t_ns - since_ns > _HIDDEN_NS}
 
     def _nowhere(self, owners: Sequence[Arm], label: int, standing: Standing) -> set[int]:
-        """Return the keys of the arms whose hands are not where their part is, unless that is so of all of them."""
+        """Return which arms have their hands where nothing of their part is, none if all of them do."""
         columns, rows = standing.places(label)
         off_px = {arm.key: float(np.hypot(columns - arm.limb.tip[0], rows - arm.limb.tip[1]).min()) for arm in owners}
         nowhere = {key for key, off in off_px.items() if off > self._lookout.px(_OFF_MM)}
         return nowhere if len(nowhere) < len(owners) else set()
 
-    def _twice(self, same: Sequence[Arm]) -> set[int]:
-        """Return the keys of the arms with one door that end where an older one does."""
-        near = self._lookout.px(_SAME_HAND_MM)
-        return {
-            arm.key
-            for arm in same
-            if any(other.key < arm.key and dist(other.limb.tip, arm.limb.tip) < near for other in same)
-        }
-
     def _hidden(self, same: Sequence[Arm], label: int, standing: Standing) -> set[int]:
         """Return which of the arms with one door do not show, if their part looks like a single arm."""
+        if len(same) == 1:
+            return set()
         columns, rows = standing.places(label)
         alone = Pixels(columns, rows, np.zeros(len(rows), np.intp))
         (single,), _ = limbs_of(alone, standing.picture.heights_mm, [same[0].limb.door], self._hand_px)
@@ -68,6 +61,15 @@ class Needless:
             return set()
         shown = min(same, key=lambda arm: dist(arm.limb.tip, single.tip))
         return {arm.key for arm in same if arm is not shown}
+
+    def _twice(self, same: Sequence[Arm]) -> set[int]:
+        """Return which of the arms with one door end where an older one does."""
+        near = self._lookout.px(_SAME_HAND_MM)
+        return {
+            arm.key
+            for arm in same
+            if any(other.key < arm.key and dist(other.limb.tip, arm.limb.tip) < near for other in same)
+        }
 
 
 def _same_door(arm: Arm, other: Arm, doors: Sequence[Place]) -> bool:

@@ -57,6 +57,12 @@ class Standing:
         own = (self.whose == label).nonzero()[0]
         return self.columns[own].astype(np.float32), self.rows[own].astype(np.float32)
 
+    def heights(self, label: int) -> Floats:
+        """Return the heights (N,) in mm of a part's pixels, in the order of their places."""
+        own = (self.whose == label).nonzero()[0]
+        heights: Floats = self.heights_mm[self.rows[own], self.columns[own]]
+        return heights
+
     def centre(self, label: int) -> Place:
         """Return where the middle of a part is."""
         columns, rows = self.places(label)

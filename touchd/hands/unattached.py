@@ -17,10 +17,10 @@ _OUTLIERS = 0.02  # of its pixels, on either side
 
 def upper_end(label: int, standing: Standing, lookout: Lookout) -> Place | None:
     """Return the end away from the hand, if an island is such an arm."""
-    columns, rows = standing.places(label)
-    heights = standing.heights_mm[rows.astype(np.intp), columns.astype(np.intp)]
+    heights = standing.heights(label)
     if float(heights.max()) < _HIGH_MM or len(heights) < lookout.px(_LONG_MM):
         return None
+    columns, rows = standing.places(label)
     u, v = columns - columns.mean(), rows - rows.mean()
     angle = 0.5 * np.arctan2(2.0 * np.dot(u, v), np.dot(u, u) - np.dot(v, v))
     along, across = u * np.cos(angle) + v * np.sin(angle), v * np.cos(angle) - u * np.sin(angle)
