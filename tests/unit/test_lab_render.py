@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from touchd.cli import run_command_line
 from touchd.config.load import load_config
-from touchd.errors import OutputError, UsageError
+from touchd.errors import OutputError, RecordingError, UsageError
 from touchd.formats.recording import open_recording
 from touchd.lab.render import render, render_scene
 from touchd.lab.scenes import LabScene, lab_scene
@@ -96,6 +96,14 @@ def test_a_score_needs_the_area_s_size(recording: Path, tmp_path: Path) -> None:
         "--size-mm WIDTH HEIGHT"
     )
     assert list(score_events(events, alone, (600.0, 400.0), as_json=False))
+
+
+def test_a_truth_that_is_not_there_is_said_to_be_missing_whatever_else_is(tmp_path: Path) -> None:
+    events, truth = tmp_path / "events.jsonl", tmp_path / "nowhere" / "truth.json"
+    events.write_text('{"frame": 0, "t": 0.0, "state": "tracking", "cursors": []}\n')
+    with pytest.raises(RecordingError) as caught:
+        list(score_events(events, truth, None, as_json=False))
+    assert str(caught.value) == f"{truth} cannot be read: No such file or directory; check its permissions and its disk"
 
 
 def test_a_stereo_camera_s_scene_is_a_folder_of_pictures_in_mm(tmp_path: Path) -> None:

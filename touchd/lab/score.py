@@ -6,6 +6,7 @@ from pathlib import Path
 
 from touchd.config.load import load_config
 from touchd.errors import UsageError
+from touchd.formats.folder import reading
 from touchd.lab.accuracy.tables import number
 from touchd.lab.render import CONFIG_NAME
 from touchd.lab.scoring import MEASURES, figures, read_events, read_truth, score
@@ -17,7 +18,10 @@ def score_events(events: Path, truth: Path, size_mm: tuple[float, float] | None,
     ``size_mm`` is the area's width and height; None: as in the touchd.yaml beside the truth. Raises RecordingError for
     files that are not what they should be, and UsageError where the size is not known.
     """
-    found = figures(score(read_events(events), read_truth(truth, size_mm or _size_mm_beside(truth))))
+    seen = read_events(events)
+    with reading(truth):
+        truth.open("rb").close()  # a missing truth is told before a missing size
+    found = figures(score(seen, read_truth(truth, size_mm or _size_mm_beside(truth))))
     if as_json:
         yield json.dumps(found)
         return
