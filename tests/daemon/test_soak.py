@@ -29,8 +29,9 @@ SAMPLE = Sample(
 
 
 def test_in_ten_minutes_of_frames_nothing_grows_and_nothing_sticks_though_all_numbers_come_round() -> None:
+    # Of two samples in each half of the day malloc may keep some MB in both; of five it does not in all.
     ended = subprocess.run(
-        [sys.executable, "-m", "soak", "--minutes", "10", "--sample-minutes", "2"],
+        [sys.executable, "-m", "soak", "--minutes", "10", "--sample-minutes", "1"],
         env={**os.environ, "PYTHONPATH": os.pathsep.join([str(TESTS), *filter(None, [os.environ.get("PYTHONPATH")])])},
         capture_output=True,
         text=True,
