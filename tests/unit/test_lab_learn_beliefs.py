@@ -113,6 +113,16 @@ def test_more_courses_teach_what_the_first_ones_did_not_and_leave_the_weights_th
     assert all((getattr(first, field.name) == old).all() for field, old in zip(fields(Weights), began, strict=True))
 
 
+def test_what_is_learned_later_is_the_mean_of_what_each_order_of_it_teaches() -> None:
+    first, courses = train_beliefs([made_up(60)], rounds=1), [made_up(60, seed) for seed in range(20)]
+    one, other, both = (train_on(first, courses, 1, seeds) for seeds in ((0,), (1,), (0, 1)))
+    for field in fields(Weights):
+        alone, apart, mean = (getattr(weights, field.name) for weights in (one, other, both))
+        assert mean.dtype == np.float32
+        assert mean == pytest.approx(0.5 * (alone + apart), abs=1e-6)
+    assert (one.look != other.look).any()
+
+
 def test_a_course_says_what_was_seen_and_what_was_true() -> None:
     scene = lab_scene("targets", 750.0, 1)
     pipeline = pipeline_of(Contender("fingertip", "fingertip"), scene, learn(scene))

@@ -28,13 +28,14 @@ from touchd.lab.learn.lessons import Lesson, belief_lessons, judge_lessons
 from touchd.lab.learn.network import train
 from touchd.lab.learn.samples import joined, samples
 from touchd.lab.learn.unrolled import train_beliefs, train_on
-from touchd.lab.learn.variety import world
+from touchd.lab.learn.variety import World, world
+from touchd.lab.learn.visitors import Fingers, visitors
 from touchd.lab.scenes import lab_scene
 from touchd.lab.scoring import Truth
 from touchd.model import Floats, Frame
 from touchd.pipeline import Pipeline
 
-_ROUNDS, _BELIEF_ROUNDS = 20, 8
+_ROUNDS, _BELIEF_ROUNDS, _LATER_ROUNDS = 20, 8, 12
 
 T = TypeVar("T")
 Watch = Callable[[Pipeline, Iterable[Frame], Truth], T | None]
@@ -55,7 +56,7 @@ def main(arguments: Sequence[str]) -> None:
     if "beliefs" in options.what:
         _store_beliefs(train_beliefs(_courses(belief_lessons(), options), _BELIEF_ROUNDS))
     if "more" in options.what:
-        _store_beliefs(train_on(learned_weights(), _courses(later_lessons(), options), _BELIEF_ROUNDS))
+        _store_beliefs(train_on(learned_weights(), _courses(later_lessons(), options), _LATER_ROUNDS))
 
 
 def _courses(lessons: Iterable[Lesson], options: argparse.Namespace) -> list[Course]:
@@ -85,15 +86,22 @@ def _seen_once(watch: Watch[T], keep: Path, lesson: Lesson) -> T | None:
         own: T | None = pickle.loads(kept.read_bytes())  # noqa: S301 - written below
         return own
     cv2.setNumThreads(1)
-    seen = _seen_in_world(watch, lesson.seed) if lesson.scene is None else _seen_in_scene(watch, lesson.scene, lesson)
+    seen = _seen_in_lesson(watch, lesson)
     unfinished = kept.with_suffix(f".{os.getpid()}")
     unfinished.write_bytes(pickle.dumps(seen))
     unfinished.replace(kept)
     return seen
 
 
-def _seen_in_world(watch: Watch[T], seed: int) -> T | None:
-    there = world(seed)
+def _seen_in_lesson(watch: Watch[T], lesson: Lesson) -> T | None:
+    if lesson.scene is None:
+        return _seen_in_world(watch, world(lesson.seed))
+    if lesson.scene in tuple(Fingers):
+        return _seen_in_world(watch, visitors(lesson.seed, Fingers(lesson.scene)))
+    return _seen_in_scene(watch, lesson.scene, lesson)
+
+
+def _seen_in_world(watch: Watch[T], there: World) -> T | None:
     return watch(there.pipeline, there.frames, there.truth)
 
 

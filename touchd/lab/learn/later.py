@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from itertools import product
 
 from touchd.lab.learn.lessons import HANDS, Lesson
+from touchd.lab.learn.visitors import Fingers
 
 _LATER_HANDS = (*HANDS[:-1], "two-people", "passing", "four-hands")
 _LATER_FINGERS = ("taps", "hover", "hover-height")
@@ -41,12 +42,25 @@ _STEEP_BESIDE = {  # at 0.75 m, at 1.5 m, and at another height
     463: (("crowd", "pinch", "hover-open", "cup"), ("five", "passing", "descent", "sweep"), ("taps", 1000.0)),
 }
 _STEEP_WORLDS = range(500, 518)
+# Fingers that come down as if to touch and hover low; and so that those that hide their tips are not taken for them,
+# more of these.
+_VISITED = {
+    Fingers.PLAIN: range(601, 657),
+    Fingers.STRAIGHT: range(701, 773),
+    Fingers.BENT: range(801, 840),
+    Fingers.SEVERAL: range(901, 941),
+}
+_HIDDEN_PEOPLE = range(466, 474)
+_HIDDEN_FAR = (
+    "own-hand", "ray", "forearm", "taps-tilted", "targets-tilted", "crowd", "taps", "passing", "ten",
+)  # fmt: skip
+_HIDDEN_NEAR = ("own-hand", "ray", "taps-tilted", "forearm")
 _ENOUGH = 450  # frames of a scene in which one hand does the same for long
 
 
 def later_lessons() -> Iterator[Lesson]:
     """Yield all of it, in the order in which it was found to be needed."""
-    yield from dict.fromkeys((*_new_people(), *_lasting(), *_mixed(), *_steep()))
+    yield from dict.fromkeys((*_new_people(), *_lasting(), *_mixed(), *_steep(), *_visited()))
 
 
 def _new_people() -> Iterator[Lesson]:
@@ -106,3 +120,14 @@ def _steep() -> Iterator[Lesson]:
         yield Lesson(scene, height_mm, 465, most=_ENOUGH)
     for world in _STEEP_WORLDS:
         yield Lesson(None, 0.0, world)
+
+
+def _visited() -> Iterator[Lesson]:
+    for fingers, seeds in _VISITED.items():
+        for seed in seeds:
+            yield Lesson(fingers, 0.0, seed)
+    for seed in _HIDDEN_PEOPLE:
+        for scene in _HIDDEN_FAR:
+            yield Lesson(scene, 1500.0, seed, most=_ENOUGH)
+        for scene in _HIDDEN_NEAR:
+            yield Lesson(scene, 750.0, seed, most=_ENOUGH)

@@ -47,6 +47,7 @@ _WORLDS, _LATER_WORLDS = range(1, 193), range(201, 341)
 class Lesson:
     """A scene to learn from, of which one frame in ``every`` is seen; without a name, the world with a seed.
 
+    Named as one of ``Fingers``: the world that such visitors come to. Worlds have heights of their own.
     ``most``: of how many frames, counted before any are left out; None: all.
     """
 

@@ -4,8 +4,9 @@ The lab's scenes have hands that are true to life under a Kinect as it was measu
 sizes, and the camera's window, noise and pattern are drawn at random: what the judge is to learn holds for all.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from touchd.table.hands import HandPose, open_hand, pinching_hand, pointing_hand
 from touchd.table.scene import Area, Hand, TableCamera, area_corners_px
 from touchd.table.sensor_kinect import KinectModel
 from touchd.table.sensor_stereo import StereoModel
-from touchd.table.table import Table
+from touchd.table.table import SensorModel, Table
 
 _EMPTY_FRAMES = 60
 _FRAME_NS = 33_333_333
@@ -42,14 +43,30 @@ class World:
     truth: Truth
 
 
+Shown: TypeAlias = tuple[Sequence[Hand], tuple[Tip, ...]]
+"""What is there in a frame: hands, and what is true of the fingertips that mean to touch."""
+
+
 def world(seed: int, visits: int = 24) -> World:
     """Return a world with so many visits of a hand; all of it follows from the seed."""
     rng = np.random.default_rng([seed, 1])
+    camera, sensor, area = some_camera(rng)
+    visited = _visits(rng, area, camera.height_mm, visits)
+    return shown_world(seed, camera, sensor, area, [([hand], true_tips(hand, i, area)) for hand, i in visited])
+
+
+def some_camera(rng: np.random.Generator) -> tuple[TableCamera, SensorModel, Area]:
+    """Return a camera drawn at random, how its sensor errs, and an area that it sees."""
     height_mm = float(rng.choice([600.0, 750.0, 750.0, 900.0, 1050.0, 1300.0, 1500.0, 1500.0, 1800.0]))
     camera = TableCamera(height_mm, float(rng.uniform(-25.0, 25.0)), float(rng.uniform(-20.0, 20.0)))
+    sensor = _some_stereo(rng) if rng.random() < _STEREO_SHARE else _some_kinect(rng)
     width_mm = 0.72 * height_mm
-    area = Area((0.0, 0.0), (width_mm, 0.7 * width_mm))
-    table = Table(camera, seed, _some_stereo(rng) if rng.random() < _STEREO_SHARE else _some_kinect(rng))
+    return camera, sensor, Area((0.0, 0.0), (width_mm, 0.7 * width_mm))
+
+
+def shown_world(seed: int, camera: TableCamera, sensor: SensorModel, area: Area, shown: Sequence[Shown]) -> World:
+    """Return the world in which a camera has learned its surface, and then sees what is shown, a frame each."""
+    table = Table(camera, seed, sensor)
     (a, b), (c, d), (e, f), (g, h) = area_corners_px(camera, area).tolist()
     corners = AreaCorners(((a, b), (c, d), (e, f), (g, h)), area.size_mm)
     settings = replace(pipeline_settings(Config(), _EMPTY_FRAMES, MissingArea.WHOLE_PICTURE), area=corners)
@@ -57,12 +74,10 @@ def world(seed: int, visits: int = 24) -> World:
     pipeline.calibrate()
     for index in range(_EMPTY_FRAMES):
         pipeline.step(table.render([], index * _FRAME_NS, index))
-    shown = list(_visits(rng, area, height_mm, visits))
     frames = (
-        table.render([hand], index * _FRAME_NS, index) for index, (hand, _) in enumerate(shown, start=_EMPTY_FRAMES)
+        table.render(hands, index * _FRAME_NS, index) for index, (hands, _) in enumerate(shown, start=_EMPTY_FRAMES)
     )
-    tips = tuple(_true_tips(hand, number, area) for hand, number in shown)
-    return World(pipeline, frames, Truth(area.size_mm, ((),) * _EMPTY_FRAMES + tips))
+    return World(pipeline, frames, Truth(area.size_mm, ((),) * _EMPTY_FRAMES + tuple(tips for _, tips in shown)))
 
 
 def _some_kinect(rng: np.random.Generator) -> KinectModel:
@@ -117,7 +132,8 @@ def _visits(rng: np.random.Generator, area: Area, height_mm: float, count: int) 
             yield shape(replace(pose, at_mm=at, clearance_mm=high_mm * max(share, least))), number
 
 
-def _true_tips(hand: Hand, number: int, area: Area) -> tuple[Tip, ...]:
+def true_tips(hand: Hand, number: int, area: Area) -> tuple[Tip, ...]:
+    """Return what is true of the fingertips of a hand, whose touches are told from others by a number."""
     left, top = area.centre_mm[0] - 0.5 * area.size_mm[0], area.centre_mm[1] - 0.5 * area.size_mm[1]
     return tuple(
         Tip(
