@@ -59,12 +59,9 @@ class Build:
 def fingertip_ways(build: Build, fingers: tuple[int, ...], spread: float) -> dict[int, Place]:
     """Return where these fingers' tips are, forward and to the right of their middle, when the hand is at ease."""
     places = {finger: _at_ease(build, finger) for finger in fingers}
-    ahead, _ = np.mean(list(places.values()), axis=0).tolist()
-    to_right = -1.0 if not build.left else 1.0
-    middle = float(np.mean([inward for _, inward in places.values()]))
-    return {
-        finger: (forward - ahead, to_right * spread * (inward - middle)) for finger, (forward, inward) in places.items()
-    }
+    ahead, middle = np.mean(list(places.values()), axis=0).tolist()
+    side = _thumb_side(build) * spread
+    return {finger: (forward - ahead, side * (inward - middle)) for finger, (forward, inward) in places.items()}
 
 
 def mannequin(build: Build, tips_mm: Mapping[int, Place], clearance_mm: float, heading_deg: float) -> Hand:
@@ -96,6 +93,11 @@ def _at_ease(build: Build, finger: int) -> Place:
     return build.scale * (forward + ahead), build.scale * (inward + aside)
 
 
+def _thumb_side(build: Build) -> float:
+    """Return 1 where the thumb is to the right of the palm, -1 where it is to the left."""
+    return 1.0 if build.left else -1.0
+
+
 @dataclass(frozen=True, slots=True)
 class _Frame:
     """A build, and which way it points: forward, and towards its thumb."""
@@ -107,7 +109,7 @@ class _Frame:
     @classmethod
     def towards(cls, heading_deg: float, build: Build) -> "_Frame":
         c, s = cos(radians(heading_deg)), sin(radians(heading_deg))
-        side = 1.0 if build.left else -1.0
+        side = _thumb_side(build)
         return cls(build, (s, -c), (side * c, side * s))
 
     def point(self, base: Point, forward: float, inward: float, up: float) -> Point:
