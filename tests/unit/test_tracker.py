@@ -1,3 +1,5 @@
+from math import cos, sin
+
 import pytest
 from touchd.model import Contact, Cursor
 from touchd.tracking.settings import TrackingSettings
@@ -67,6 +69,16 @@ def test_a_finger_at_600_mm_a_second_is_followed_within_20_ms(table: Table) -> N
 @pytest.mark.parametrize("speed_mm_s", [600.0, 1200.0])
 def test_a_swipe_that_lands_at_speed_is_one_touch(table: Table, speed_mm_s: float) -> None:
     ids = {c.session_id for frame in range(10) for c in table.see(contact(50 + speed_mm_s / 30.0 * frame, 200))}
+    assert ids == {1}
+
+
+@pytest.mark.parametrize("radius_mm", [40.0, 80.0, 160.0])
+def test_a_finger_that_draws_circles_at_900_mm_a_second_is_one_touch(table: Table, radius_mm: float) -> None:
+    ids = set()
+    for step in range(60):
+        turned = 900.0 / 30.0 * step / radius_mm
+        seen = table.see(contact(300 + radius_mm * cos(turned), 200 + radius_mm * sin(turned)))
+        ids |= {cursor.session_id for cursor in seen}
     assert ids == {1}
 
 

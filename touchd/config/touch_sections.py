@@ -156,7 +156,7 @@ class Tracking(Section):
     )
     gate_mm: Annotated[float, Field(ge=1, le=500)] = field(
         _TRACKING.gate_mm,
-        "How far from where it was expected a touch may be found a frame later",
+        "How far from where it was expected a touch may be found a frame later; a moving one half its way farther",
         unit="millimetres",
     )
     stray_mm: Annotated[float, Field(ge=0, le=100)] = field(

@@ -9,10 +9,10 @@ class TrackingSettings:
 
     ``stall_ms``: without a frame for this long all touches end (the worker's business, kept here with the rest).
     ``coast_ms``: how long a touch outlives its contact. ``gate_mm``: farthest a contact may lie from where its touch
-    was expected, at 30 Hz. ``stray_mm``: how far outside the area a touch may slide before it ends.
-    ``min_cutoff_hz``, ``beta_hz_s_mm``: the one-euro filter's cutoff at rest, and its rise with speed.
-    ``hover_mm``: fingertips up to this height over the surface are followed as hovers; at 0 there are none.
-    ``rest_mm_s``: below this speed a touch is at rest and its velocity is exactly zero.
+    was expected, at 30 Hz; for one that moves, half the way farther that it goes in a frame. ``stray_mm``: how far
+    outside the area a touch may slide before it ends. ``min_cutoff_hz``, ``beta_hz_s_mm``: the one-euro filter's cutoff
+    at rest, and its rise with speed. ``hover_mm``: fingertips up to this height over the surface are followed as
+    hovers; at 0 there are none. ``rest_mm_s``: below this speed a touch is at rest and its velocity is exactly zero.
     """
 
     stall_ms: float = 150.0

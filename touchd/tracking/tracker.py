@@ -15,6 +15,8 @@ _FRAME_S = 1.0 / 30.0
 _WIDEST_GATE = 3.0  # times gate_mm, after frames were missing
 # Times gate_mm where a touch has been seen but once: a finger may land at a speed that is not known yet.
 _FIRST_GATE = 1.5
+# Of the way that a touch goes in a frame: so much farther off it may be seen, for it may turn, and speeds lag behind.
+_TURNS = 0.5
 # A touch slower than this stays where it is while its contact is missing: the last pixels of a lifted finger wander.
 _COASTS_ABOVE_MM_S = 200.0
 # Of gate_mm: how near to a touch's last or expected place a lifted finger must be seen to be its own.
@@ -42,6 +44,11 @@ class Track:
             self.contact.x_mm + self.filtered.vx_mm_s * dt_s,
             self.contact.y_mm + self.filtered.vy_mm_s * dt_s,
         )
+
+    @property
+    def speed_mm_s(self) -> float:
+        """How fast it moves, smoothed."""
+        return math.hypot(self.filtered.vx_mm_s, self.filtered.vy_mm_s)
 
     @property
     def seen_mm(self) -> tuple[float, float]:
@@ -133,7 +140,7 @@ class Tracker:
         choices = []
         for track in self._tracks:
             x_mm, y_mm = track.expected_mm(t_ns)
-            wider = _FIRST_GATE if track.once else 1.0
+            wider = _FIRST_GATE if track.once else 1.0 + _TURNS * track.speed_mm_s * late_s / gate_mm
             near = range(bisect_left(places, x_mm - wider * gate_mm), bisect_right(places, x_mm + wider * gate_mm))
             costs = ((i, ((places[i] - x_mm) ** 2 + (contacts[i].y_mm - y_mm) ** 2) / wider**2) for i in near)
             choices.append([(i, cost) for i, cost in costs if cost < limit])
@@ -149,7 +156,7 @@ class Tracker:
     def _coast(self, track: Track, t_ns: int) -> Track | None:
         if t_ns - track.seen_ns > self._settings.coast_ms * 1e6:
             return None
-        if math.hypot(track.filtered.vx_mm_s, track.filtered.vy_mm_s) > _COASTS_ABOVE_MM_S:
+        if track.speed_mm_s > _COASTS_ABOVE_MM_S:
             x_mm, y_mm = track.expected_mm(t_ns)
         else:
             x_mm, y_mm = track.filtered.x_mm, track.filtered.y_mm
