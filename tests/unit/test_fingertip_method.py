@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from math import inf
 
+import cv2
 import numpy as np
 import pytest
 from touchd.contacts.belief import Belief, Beliefs, Known
@@ -16,7 +17,7 @@ from touchd.contacts.method import Sighting
 from touchd.contacts.recurrent import Said, learned_weights
 from touchd.contacts.tips import Guess, Tip
 from touchd.errors import ConfigError
-from touchd.model import AreaCorners, Floats, Frame
+from touchd.model import AreaCorners, Floats, Frame, Image16
 from touchd.pipeline import Pipeline
 from touchd.ready import PipelineSettings
 from touchd.surface.settings import CalibrationSettings
@@ -135,6 +136,26 @@ def test_pictures_of_noise_alone_do_no_harm(method: FingertipMethod, table: Tabl
     raw = rng.integers(0, 2048, table.render([], 0, 0).raw.shape, np.uint16)
     assert not any(contact.firm for contact in method.find(raw, [(10.0, 10.0)]).contacts)
     assert method.find(np.full_like(raw, table.sensor.invalid), [(10.0, 10.0)]).contacts == []
+
+
+def rough(table: Table) -> Image16:
+    """Return a picture of the empty table in which noise stands as high as hands, everywhere."""
+    bumps = cv2.GaussianBlur(np.random.default_rng(5).standard_normal((480, 640)), (0, 0), 3.0)
+    raw: Image16 = (table.render([], 0, 0).raw - 30.0 * np.abs(bumps) / np.abs(bumps).max()).astype(np.uint16)
+    return raw
+
+
+def test_of_a_picture_full_of_noise_no_more_is_looked_at_than_hands_have(method: FingertipMethod, table: Table) -> None:
+    found = method.look(rough(table), [])
+    assert found is not None
+    assert 32 < len(found.tips) <= 64
+
+
+def test_where_a_touch_was_expected_is_looked_at_in_noise_as_well(method: FingertipMethod, table: Table) -> None:
+    inside = [(x_mm, y_mm) for x_mm in range(40, 560, 60) for y_mm in range(40, 380, 60)]
+    found = method.look(rough(table), inside)
+    assert found is not None
+    assert any(not tip.guess.shown for tip in found.tips)
 
 
 def test_a_tap_of_two_frames_is_a_touch_and_ends_when_the_finger_is_up(pipeline: Pipeline, table: Table) -> None:

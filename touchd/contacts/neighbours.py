@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from math import cos, sin
+from sys import maxsize
 
 import numpy as np
 
@@ -24,8 +25,11 @@ def close(places: Places, apart: float) -> bool:
     return False
 
 
-def distinct(places: Places, rank: Sequence[float], apart: float) -> list[int]:
-    """Return which of some points to keep, the higher ranked first, so that no two are nearer than a limit."""
+def distinct(places: Places, rank: Sequence[float], apart: float, most: int = maxsize) -> list[int]:
+    """Return which of some points to keep, the higher ranked first, so that no two are nearer than a limit.
+
+    ``most``: how many are kept at most.
+    """
     limit = apart * apart
     kept: list[int] = []
     taken: list[Sequence[float]] = []
@@ -37,6 +41,8 @@ def distinct(places: Places, rank: Sequence[float], apart: float) -> list[int]:
         else:
             kept.append(i)
             taken.append(places[i])
+        if len(kept) == most:
+            break
     return kept
 
 
