@@ -47,7 +47,7 @@ accuracy-docs: $(STAMP)
 long: $(STAMP)
 	$(BIN)/touchd bench accuracy --jobs 2 --scenes drift-long,held --methods fingertip --heights 750,1500 --seeds 101 $(LONG)
 
-# Teaches touchd's judge of fingertips and its beliefs anew, which takes four and a half hours; a run that was broken off goes on.
+# Teaches touchd's judge of fingertips and its beliefs anew, which takes five hours; a run that was broken off goes on.
 judge: $(STAMP)
 	$(BIN)/python -m touchd.lab.learn judge beliefs more --keep .cache/learn
 

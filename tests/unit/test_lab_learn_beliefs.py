@@ -13,6 +13,7 @@ from touchd.lab.learn.lessons import belief_lessons, judge_lessons
 from touchd.lab.learn.unrolled import Chunk, chunked, gradients, loss, side_by_side, train_beliefs, train_on
 from touchd.lab.scenes import lab_scene
 from touchd.model import Floats, State, TouchFrame
+from touchd.tracking.settings import TrackingSettings
 
 from unit.test_recurrent import drawn
 
@@ -66,6 +67,15 @@ def test_of_a_finger_that_may_be_taken_for_touching_or_not_neither_that_nor_its_
     assert plain.counts[:, [0, 2]].all()
     assert not held.counts[:, [0, 2]].any()
     assert held.counts[:, 1].all()
+
+
+def test_heights_are_taught_from_higher_up_than_hovers_are_followed() -> None:
+    hovering = replace(made_up(20), touching=np.zeros(40, np.bool_))
+    highest_mm = TrackingSettings().hover_mm + 5.0
+    for height_mm, is_taught in ((highest_mm, True), (90.0, False)):
+        (chunk,) = chunked(replace(hovering, clearance_mm=np.full(40, height_mm, np.float32)))
+        assert chunk.counts[:, 2].all() == is_taught
+        assert chunk.counts[:, :2].all()
 
 
 def test_gradients_are_the_loss_s_slopes() -> None:

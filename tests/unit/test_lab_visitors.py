@@ -43,6 +43,11 @@ def test_visitors_with_other_fingers_are_others(truths: dict[Fingers, Truth]) ->
     assert all(one.frames != other.frames for one, other in combinations(truths.values(), 2))
 
 
+def test_varied_visitors_are_seen_by_cameras_of_several_kinds() -> None:
+    kinds = {visitors(seed, Fingers.VARIED, visits=1).pipeline.sensor.kind for seed in (2, 3)}
+    assert len(kinds) == 2
+
+
 def test_the_same_visitors_come_again_and_are_seen_as_they_are() -> None:
     worlds = [visitors(7, Fingers.STRAIGHT, visits=1) for _ in range(2)]
     assert worlds[0].truth == worlds[1].truth

@@ -1,6 +1,6 @@
 """``python -m touchd.lab.learn judge beliefs more``: renders scenes, watches the fingertip method, and learns anew.
 
-Four and a half hours on two cores; what was seen in each scene is kept in a folder, so that a broken run goes on.
+Five hours on two cores; what was seen in each scene is kept in a folder, so that a broken run goes on.
 """
 
 import argparse

@@ -8,19 +8,18 @@ from touchd.model import Floats, Mask
 # that either answer is right.
 _LOW_MM, _LOW_STEPS = 2.6, 0.8
 _LOWER, _HIGHER = 0.6, 1.5
-_HIGHEST_MM = 40.0
 _FARTHEST_MM = 15.0  # what is farther off is of something else
 
 
-def verdicts(finger: Mask, touching: Mask, clearance_mm: Floats, step_mm: Floats) -> tuple[Mask, Mask, Mask]:
-    """Return which of N fits (N,) are to be taken for touching, of which either may be said, and which have a height.
+def verdicts(finger: Mask, touching: Mask, clearance_mm: Floats, step_mm: Floats) -> tuple[Mask, Mask]:
+    """Return which of N fits (N,) are to be taken for touching, and of which either may be said.
 
     ``step_mm``: of a raw step of the sensor. ``clearance_mm`` is 0 where there is no finger.
     """
     low_mm = _LOW_MM + _LOW_STEPS * step_mm
     low = finger & (touching | (clearance_mm < low_mm))
     unclear = finger & ~touching & (clearance_mm > _LOWER * low_mm) & (clearance_mm < _HIGHER * low_mm)
-    return low, unclear, finger & (clearance_mm < _HIGHEST_MM)
+    return low, unclear
 
 
 def placed(touching: Mask, place_mm: Floats) -> Mask:

@@ -55,12 +55,17 @@ _HIDDEN_FAR = (
     "own-hand", "ray", "forearm", "taps-tilted", "targets-tilted", "crowd", "taps", "passing", "ten",
 )  # fmt: skip
 _HIDDEN_NEAR = ("own-hand", "ray", "taps-tilted", "forearm")
+# Steep fingers of still more people, what had been taken for touches, heights, and visitors under other cameras.
+_VARIED_PEOPLE = range(474, 484)
+_VARIED_STEEP, _VARIED_FAR = ("own-hand", "ray"), ("hover-open", "forearm", "passing")
+_VARIED_WORLDS = range(1001, 1055)
+_THINGS, _THINGS_PEOPLE = ("book", "laptop", "phone", "cup"), range(492, 498)  # hands that hold them hover low
 _ENOUGH = 450  # frames of a scene in which one hand does the same for long
 
 
 def later_lessons() -> Iterator[Lesson]:
     """Yield all of it, in the order in which it was found to be needed."""
-    yield from dict.fromkeys((*_new_people(), *_lasting(), *_mixed(), *_steep(), *_visited()))
+    yield from dict.fromkeys((*_new_people(), *_lasting(), *_mixed(), *_steep(), *_visited(), *_varied()))
 
 
 def _new_people() -> Iterator[Lesson]:
@@ -131,3 +136,17 @@ def _visited() -> Iterator[Lesson]:
             yield Lesson(scene, 1500.0, seed, most=_ENOUGH)
         for scene in _HIDDEN_NEAR:
             yield Lesson(scene, 750.0, seed, most=_ENOUGH)
+
+
+def _varied() -> Iterator[Lesson]:
+    for seed in _VARIED_PEOPLE:
+        for scene, height_mm in product(_VARIED_STEEP, (1500.0, 750.0, 1000.0)):
+            yield Lesson(scene, height_mm, seed, most=_ENOUGH)
+        for scene in (*_VARIED_FAR, _THINGS[seed % 4]):
+            yield Lesson(scene, 1500.0, seed, most=_ENOUGH)
+        for height_mm in (1500.0, 750.0):
+            yield Lesson("hover-height", height_mm, seed, most=_ENOUGH)
+    for seed in _VARIED_WORLDS:
+        yield Lesson(Fingers.VARIED, 0.0, seed)
+    for seed, scene, height_mm in product(_THINGS_PEOPLE, _THINGS, (1500.0, 750.0)):
+        yield Lesson(scene, height_mm, seed)

@@ -18,6 +18,7 @@ _RATE, _DECAY = 2e-3, 4e-2
 # and the standard deviation of what is added to all.
 _MISSING, _NOISE = 0.05, np.float32(0.12)
 _FINGER, _CLEARANCE, _PLACE = 0.5, 0.5, 0.7  # what an answer counts beside that of touching or not
+_HIGHEST_MM = 40.0  # clearance that is told
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +53,8 @@ def train(samples: Samples, rounds: int, seed: int = 0) -> list[Layer]:
 
 def _lesson(samples: Samples) -> _Lesson:
     finger, touching, clearance_mm = samples.finger > 0, samples.touching > 0, np.nan_to_num(samples.clearance_mm)
-    low, unclear, near = verdicts(finger, touching, clearance_mm, samples.step_mm)
+    low, unclear = verdicts(finger, touching, clearance_mm, samples.step_mm)
+    near = finger & (clearance_mm < _HIGHEST_MM)
     near_place = placed(touching, np.nan_to_num(samples.place_mm))
     place = np.where(near_place[:, None], np.nan_to_num(samples.place_mm), 0.0) / PLACE_MM
     answers = np.column_stack([low, finger, np.where(near, clearance_mm, 0.0) / CLEARANCE_MM, place])

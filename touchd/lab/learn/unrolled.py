@@ -20,7 +20,9 @@ _RATE, _DECAY = 2e-3, 1e-2
 _MISSING, _NOISE = 0.05, np.float32(0.1)  # as in network.py
 _STEEPEST = 1.0  # a gradient's length
 _LEAST_SCALE = 0.05  # of inputs
-_FINGER, _CLEARANCE, _PLACE = 0.3, 0.3, 0.3  # what an answer counts beside that of touching or not
+_FINGER, _CLEARANCE, _PLACE = 0.3, 0.6, 0.3  # what an answer counts beside that of touching or not
+# Clearance that is told: higher than hovers are followed, lest those near the top of that seem lower than they are.
+_HIGHEST_MM = 50.0
 _UNIT = 0.5  # of Huber's loss for lengths
 _TRAINED = [field.name for field in fields(Weights) if field.name not in ("centre", "scale")]
 
@@ -77,11 +79,11 @@ def _trained(weights: Weights, courses: Sequence[Course], rounds: int, rng: np.r
 
 def chunked(course: Course) -> Iterator[Chunk]:
     """Yield a course in pieces, of which each begins without a past."""
-    low, unclear, near = verdicts(course.finger, course.touching, course.clearance_mm, course.step_mm)
+    low, unclear = verdicts(course.finger, course.touching, course.clearance_mm, course.step_mm)
+    near = course.finger & (course.clearance_mm < _HIGHEST_MM) & ~course.either
     there = placed(course.touching, course.place_mm)
     place = np.where(there[:, None], course.place_mm, 0.0) / PLACE_MM
     answers = np.column_stack([low, course.finger, np.where(near, course.clearance_mm, 0.0) / CLEARANCE_MM, place])
-    near &= ~course.either
     counts = np.column_stack(
         [~(unclear | course.either), np.full(len(low), _FINGER), _CLEARANCE * near, _PLACE * there, _PLACE * there],
     )

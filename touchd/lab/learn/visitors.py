@@ -1,4 +1,4 @@
-"""Visitors: fingers that tap, hold, drag and hover for as long as people do, in plain sight of a Kinect.
+"""Visitors: fingers that tap, hold, drag and hover for as long as people do, in plain sight.
 
 What is believed of a fingertip follows from all that it did before. The hands of ``variety`` are there for a moment
 each, and those of the lab's scenes seldom come down as if to touch and then hover low.
@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from touchd.lab.learn.variety import Shown, World, shown_world, true_tips
+from touchd.lab.learn.variety import Shown, World, shown_world, some_camera, true_tips
 from touchd.table.hands import HandPose, pointing_hand
 from touchd.table.mannequin import INDEX, LITTLE, MIDDLE, RING, THUMB, Build, Idle, fingertip_ways, mannequin
 from touchd.table.scene import Area, Hand, Place, TableCamera
@@ -38,6 +38,7 @@ class Fingers(StrEnum):
     STRAIGHT = "visitors-straight"
     BENT = "visitors-bent"
     SEVERAL = "visitors-several"
+    VARIED = "visitors-varied"  # each of them with one of these, and under cameras of all kinds
 
 
 # Mannequins' fingers: how steep, and how far the knuckle is behind the tip, over how far it is in a straight finger.
@@ -45,12 +46,14 @@ _PITCHES_DEG = {Fingers.STRAIGHT: (20.0, 56.0), Fingers.BENT: (30.0, 75.0), Fing
 _REACHES = {Fingers.STRAIGHT: (0.94, 0.99), Fingers.BENT: (0.72, 0.95), Fingers.SEVERAL: (0.75, 0.98)}
 _ALL = (THUMB, INDEX, MIDDLE, RING, LITTLE)
 _TOGETHER = ((INDEX, MIDDLE), (INDEX, MIDDLE), (INDEX, MIDDLE, RING), (THUMB, INDEX), (THUMB, INDEX), _ALL, _ALL)
+_ONE_OF = (Fingers.PLAIN, Fingers.STRAIGHT, Fingers.BENT, Fingers.SEVERAL)
 _FLAT_SHARE, _FLAT_MM = 0.5, (16.0, 24.0)  # of whole hands that lie flat, and how high the middle of the palm is then
 _STREAMS = {
     Fingers.PLAIN: 2,
     Fingers.STRAIGHT: 3,
     Fingers.BENT: 4,
     Fingers.SEVERAL: 5,
+    Fingers.VARIED: 6,
 }  # of random numbers, so that seeds differ in all
 
 
@@ -66,17 +69,23 @@ class _Moment:
 def visitors(seed: int, fingers: Fingers, visits: int = 7) -> World:
     """Return a world that people come to so many times; all of it follows from the seed."""
     rng = np.random.default_rng([seed, _STREAMS[fingers]])
+    camera, sensor, area = some_camera(rng) if fingers is Fingers.VARIED else _usual_camera(rng, fingers)
+    grown = max(1.0, camera.height_mm / _REFERENCE_MM)
+    shown = [moment for number in range(visits) for moment in _visit(rng, area, grown, number, fingers)]
+    return shown_world(seed, camera, sensor, area, shown)
+
+
+def _usual_camera(rng: np.random.Generator, fingers: Fingers) -> tuple[TableCamera, KinectModel, Area]:
     height_mm = float(rng.choice(_HEIGHTS_MM))
     tilts_deg = _TILTS_DEG if fingers is Fingers.PLAIN else _BEHIND_DEG
     camera = TableCamera(height_mm, float(rng.uniform(*tilts_deg)), float(rng.uniform(-8.0, 8.0)))
-    area = Area((0.0, 0.0), (0.72 * height_mm, 0.5 * height_mm))
-    grown = max(1.0, height_mm / _REFERENCE_MM)
-    shown = [moment for number in range(visits) for moment in _visit(rng, area, grown, number, fingers)]
-    return shown_world(seed, camera, KinectModel(), area, shown)
+    return camera, KinectModel(), Area((0.0, 0.0), (0.72 * height_mm, 0.5 * height_mm))
 
 
 def _visit(rng: np.random.Generator, area: Area, grown: float, number: int, fingers: Fingers) -> Iterator[Shown]:
     """Yield what a visit shows in each frame; nobody is there for a while after it."""
+    if fingers is Fingers.VARIED:
+        fingers = _ONE_OF[int(rng.integers(len(_ONE_OF)))]
     heading_deg = float(rng.choice(_HEADINGS_DEG)) + float(rng.uniform(-35.0, 35.0))
     shape = _plain(rng, heading_deg) if fingers is Fingers.PLAIN else _mannequin(rng, heading_deg, fingers)
     for moment in _moments(rng, area, grown):
