@@ -29,7 +29,7 @@ _TOUCH, _TRUTH, _INK, _PAPER = (60, 230, 255), (120, 255, 120), (50, 40, 36), (2
 _HIGHEST_MM = 60.0
 _BOXCAR_PX = 9
 _SHOWN_MM = 25.0  # of a fitted finger
-_FRAMES_BEFORE = 20  # that a method has seen
+_FRAMES_BEFORE = 60  # that a method has seen: hands come before they touch
 
 
 def stage_pictures() -> Iterator[tuple[str, Picture]]:
