@@ -22,9 +22,9 @@ _BEHIND_MM, _RISES_MM = 6.0, 5.0  # a finger rises by this much over that way
 _TALLEST_CLEARANCE_MM = 40.0
 _RING_MM = 8.0
 _RING = np.stack([np.cos(np.arange(8) * np.pi / 4), np.sin(np.arange(8) * np.pi / 4)], 1).astype(np.float32)
-# Four people's hands, spread, have 60 ends and 41 guesses. Pictures full of noise have hundreds, and every one of them
-# takes time.
-_MOST_ENDS, _MOST_GUESSES = 200, 64
+# Four spread hands have up to 60 ends and 41 guesses, and eight fit around a table. Pictures full of noise have
+# hundreds, and every one of them takes time.
+_MOST_ENDS, _MOST_GUESSES = 200, 96
 _OWN_MM = 35.0  # an end so near may be that of an expected touch, if it is no other's
 
 
@@ -50,7 +50,7 @@ class Starts:
         """Return first guesses, of which no two that the picture shows are nearer than ``apart_px``.
 
         ``smooth`` (H, W) are the heights in mm of the box, in which the ends are given. However many there are, only
-        the 64 best guesses that the picture shows are made.
+        the 96 best guesses that the picture shows are made.
         """
         centres = (ends.points - ends.back * self._ahead_px[ends.level, None]).tolist()
         kept = distinct(centres, ends.rank.tolist(), apart_px, _MOST_ENDS)

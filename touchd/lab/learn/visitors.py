@@ -46,7 +46,7 @@ _PITCHES_DEG = {Fingers.STRAIGHT: (20.0, 56.0), Fingers.BENT: (30.0, 75.0), Fing
 _REACHES = {Fingers.STRAIGHT: (0.94, 0.99), Fingers.BENT: (0.72, 0.95), Fingers.SEVERAL: (0.75, 0.98)}
 _ALL = (THUMB, INDEX, MIDDLE, RING, LITTLE)
 _TOGETHER = ((INDEX, MIDDLE), (INDEX, MIDDLE), (INDEX, MIDDLE, RING), (THUMB, INDEX), (THUMB, INDEX), _ALL, _ALL)
-_ONE_OF = (Fingers.PLAIN, Fingers.STRAIGHT, Fingers.BENT, Fingers.SEVERAL)
+_ONE_OF = tuple(fingers for fingers in Fingers if fingers is not Fingers.VARIED)
 _FLAT_SHARE, _FLAT_MM = 0.5, (16.0, 24.0)  # of whole hands that lie flat, and how high the middle of the palm is then
 _STREAMS = {
     Fingers.PLAIN: 2,
