@@ -8,7 +8,7 @@ from touchd.geometry import map_area, map_surface
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.stage import HandStage
-from touchd.model import AreaCorners, Image16, Mask, Surface
+from touchd.model import AreaCorners, Image16, Mask, Slide, Surface
 from touchd.pipeline import Pipeline
 from touchd.ready import PipelineSettings
 from touchd.surface.calibrate import Calibration
@@ -70,18 +70,18 @@ class Watch:
         """The time of the last picture."""
         return self._index * FRAME_NS
 
-    def see(self, *hands: Hand, joined: Mask | None = None) -> HandStage:
+    def see(self, *hands: Hand, joined: Mask | None = None, slides: Sequence[Slide] = ()) -> HandStage:
         """Show one picture and return the stage."""
-        return self.see_raw(self._top.picture(hands, self._index + 1), joined)
+        return self.see_raw(self._top.picture(hands, self._index + 1), joined, slides)
 
     def see_nothing_readable(self) -> HandStage:
         """Show one picture without any readings."""
         return self.see_raw(np.full(self._top.surface.valid.shape, self._top.table.sensor.invalid, np.uint16))
 
-    def see_raw(self, raw: Image16, joined: Mask | None = None) -> HandStage:
+    def see_raw(self, raw: Image16, joined: Mask | None = None, slides: Sequence[Slide] = ()) -> HandStage:
         """Show one picture as it is."""
         self._index += 1
-        self.stage.see(self._coarse.over(raw), self.t_ns, joined)
+        self.stage.see(self._coarse.over(raw), self.t_ns, joined, slides)
         return self.stage
 
 

@@ -127,6 +127,14 @@ class Shell:
     far_mm: float  # median height of the upper one
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Slide:
+    """That a thing which is part of the surface was pushed: its masks (H, W) before the last picture, and now."""
+
+    before: Mask
+    now: Mask
+
+
 @dataclass(frozen=True, slots=True)
 class SurfaceRows:
     """How a few rows of the empty surface read by now: what those who look at pictures of it go by from then on.

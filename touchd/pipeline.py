@@ -134,7 +134,7 @@ class Pipeline:
             return
         self._live(living, ready, frame, coarse)
         if living.why is None:
-            hands.see(coarse, frame.t_ns, living.part_of_surface)
+            hands.see(coarse, frame.t_ns, living.part_of_surface, living.slides)
             due = hands.due(frame.t_ns)
             if due is not None:
                 living.join(due)

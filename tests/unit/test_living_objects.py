@@ -118,6 +118,32 @@ def test_a_hand_over_a_thing_does_not_take_it_away() -> None:
     assert np.count_nonzero(desk.living.part_of_surface) == before
 
 
+def test_a_hand_that_comes_close_to_a_thing_is_not_learned_with_it() -> None:
+    desk = Desk(750.0, "shell")
+    desk.play(3, thing("phone"))
+    desk.living.join(desk.mask_of(thing("phone")))
+    desk.play(5, thing("phone"))
+    for step in range(-9, 10):
+        desk.play(1, thing("phone"), finger(5.0, (X + 10.0 * step, Y + 62.0)))
+    desk.play(24, thing("phone"))
+    assert desk.living.part_of_surface.any()
+    assert np.abs(off_raw(desk, 0.0))[~desk.mask_of(thing("phone"))].max() < 9.0
+    assert sum(cursor_counts(desk.play(5, thing("phone")))) == 0
+
+
+def test_how_a_thing_reads_otherwise_later_is_taken_away_with_it() -> None:
+    desk = Desk(750.0, "shell")
+    joined(desk, thing("book"))
+    swollen = Hand((Block((X, Y, 0.0), (148.0, 205.0, 30.9), 20.0),), ())
+    desk.living.join(desk.mask_of(swollen))
+    desk.play(24, swollen)
+    mask = desk.mask_of(swollen)
+    assert np.mean(np.abs(off_raw(desk, 0.0))[mask]) > 5.0
+    desk.play(6)
+    assert not desk.living.part_of_surface.any()
+    assert np.abs(off_raw(desk, 0.0))[mask].mean() < 0.2
+
+
 def test_what_cannot_be_read_of_a_thing_is_as_high_as_what_surrounds_it() -> None:
     desk = Desk(750.0, "shell")
     mask = desk.mask_of(thing("book"))

@@ -6,7 +6,7 @@ from math import dist
 import numpy as np
 import pytest
 from touchd.hands.stage import HandStage
-from touchd.model import Contact, Frame, Mask, TableObject
+from touchd.model import Contact, Frame, Mask, Slide, TableObject
 from touchd.table.hands import HandPose, pointing_hand
 from touchd.table.scene import Block, Capsule, Hand, Place
 
@@ -139,6 +139,20 @@ def test_a_thing_that_is_pushed_keeps_its_id_and_is_where_it_is(height_mm: float
     assert dist(middle_mm(found, top.mm_of), (0.0, -60.0)) < 20.0
 
 
+def test_a_large_thing_is_followed_as_closely_as_it_is_seen() -> None:
+    top = tabletop(750.0)
+    watch = Watch(top)
+
+    def tray(at_mm: Place, lift_mm: float = 0.0) -> Hand:
+        return Hand((Block((*at_mm, lift_mm), (230.0, 170.0, 20.0)),), ())
+
+    put_down(watch, tray, 20.0)
+    for step in range(1, 11):
+        stage = watch.see(tray((0.0, -6.0 * step)), pointing((0.0, 93.0 - 6.0 * step), 0.0))
+        (found,) = stage.objects
+        assert abs(middle_mm(found, top.mm_of)[1] + 6.0 * step) < 9.0
+
+
 def test_a_thing_is_offered_to_the_surface_after_its_time_and_not_under_a_hand() -> None:
     watch = Watch(tabletop(750.0), join_after_s=1.0)
     stage = put_down(watch, booklet, 15.0)
@@ -223,6 +237,47 @@ def taken_in(watch: Watch) -> Mask:
     for _ in range(3):
         watch.see(joined=mask)
     return mask
+
+
+def slid(watch: Watch, mask: Mask, px: int) -> Mask:
+    """Tell that what the surface took in was pushed by so many px to the right; return where it is."""
+    now = np.roll(mask, px, axis=1)
+    watch.see(joined=now, slides=[Slide(mask, now)])
+    return now
+
+
+def test_what_the_surface_took_in_goes_with_it_where_it_is_pushed_and_is_still_the_same() -> None:
+    top = tabletop(750.0)
+    watch = Watch(top, join_after_s=0.5)
+    mask = taken_in(watch)
+    (before,) = watch.see(joined=mask).objects
+    for _ in range(20):
+        mask = slid(watch, mask, 3)
+    (found,) = watch.see(joined=mask).objects
+    assert found.object_id == 1
+    assert found.height_mm == pytest.approx(before.height_mm, abs=1.0)
+    (x_mm, y_mm), (was_x_mm, was_y_mm) = (middle_mm(each, top.mm_of) for each in (found, before))
+    px_mm = 750.0 / top.surface.sensor.intrinsics.fx
+    assert (x_mm - was_x_mm, y_mm - was_y_mm) == pytest.approx((60.0 * px_mm, 0.0), abs=6.0)
+
+
+def test_what_was_pushed_is_offered_again_once_it_lies_still_and_no_hand_is_over_it_or_beside_it() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=0.5)
+    mask = slid(watch, taken_in(watch), 8)
+    offered = []
+    for hand in [[pointing((0.0, 30.0), 40.0)]] * 30 + [[pointing((0.0, 66.0), 0.0)]] * 10 + [[]] * 30:
+        stage = watch.see(*hand, joined=mask)
+        offered.append(stage.due(watch.t_ns) is not None)
+    assert (sum(offered[:40]), sum(offered)) == (0, 1)
+
+
+def test_a_side_that_is_seen_of_a_thing_once_it_was_pushed_is_no_thing() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=2.0)
+    mask = slid(watch, taken_in(watch), 8)
+    side = Hand((Block((95.0, 0.0, 0.0), (25.0, 70.0, 12.0)),), ())
+    for _ in range(20):
+        stage = watch.see(side, joined=mask)
+    assert [o.object_id for o in stage.objects] == [1]
 
 
 def test_what_is_put_on_a_thing_that_the_surface_took_in_is_offered_to_it_in_its_turn() -> None:

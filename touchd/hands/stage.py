@@ -18,7 +18,19 @@ from touchd.hands.standing import Horizon, Standing
 from touchd.hands.things import ThingTracker
 from touchd.hands.thumbs import FINGERS, Thumbs, thumb_side
 from touchd.hands.whose import Owners, arm_at, label_at
-from touchd.model import COARSE_PX, CoarsePicture, Contact, Cursor, Floats, Hand, Hover, Image16, Mask, TableObject
+from touchd.model import (
+    COARSE_PX,
+    CoarsePicture,
+    Contact,
+    Cursor,
+    Floats,
+    Hand,
+    Hover,
+    Image16,
+    Mask,
+    Slide,
+    TableObject,
+)
 
 _SAMPLED = (slice(COARSE_PX // 2, None, COARSE_PX), slice(COARSE_PX // 2, None, COARSE_PX))
 _AROUND_MM = 13.0  # what stands so near to a touch point is its finger
@@ -71,15 +83,18 @@ class HandStage:
         things = any(not thing.taken for thing in self._things.things)
         return things or self._islands.waits or any(not arm.way.led for arm in self._arms.arms)
 
-    def see(self, picture: CoarsePicture, t_ns: int, joined: Mask | None = None) -> None:
+    def see(self, picture: CoarsePicture, t_ns: int, joined: Mask | None = None, slides: Sequence[Slide] = ()) -> None:
         """Take in one picture; what the other methods say is about it.
 
-        ``joined`` (H, W): where things have become part of the surface by now.
+        ``joined`` (H, W): where things have become part of the surface by now; ``slides``: which of them were pushed.
         """
         standing = self._horizon.find(picture, self._things.levels_mm)
         free = self._arms.step(standing, t_ns)
         islands = self._islands.step(free, standing, t_ns)
-        self._things.step(islands.still, picture, standing, None if joined is None else joined[_SAMPLED], t_ns)
+        for slide in slides:
+            self._things.slide(slide.before[_SAMPLED], slide.now[_SAMPLED], t_ns)
+        of_arms = {label for arm in self._arms.arms for label in arm.labels}
+        self._things.step(islands.still, picture, standing, of_arms, None if joined is None else joined[_SAMPLED], t_ns)
         if standing is not None:
             for part in islands.walking:
                 self._arms.adopt(part, standing, t_ns)

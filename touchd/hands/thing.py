@@ -12,6 +12,7 @@ from touchd.hands.standing import Indices, Place, Standing
 from touchd.model import CoarsePicture, Floats, Mask
 
 _CORNER_MM = 5.0  # by so much at most the outline's polygon leaves the outline
+_SIDE, _BESIDE = np.ones((3, 3), np.uint8), np.ones((5, 5), np.uint8)
 _RING = np.ones((7, 7), np.uint8)
 _SAMPLES, _SCATTER = 160, 7919  # a prime
 _TYPICAL = 0.75
@@ -24,7 +25,8 @@ class Shape:
     """Where a thing stands and how high. Pixels are those of the flat coarse picture.
 
     ``footprint`` (N,) with ``heights_mm`` (N,); ``ring`` (M,): the pixels around it. ``centre``: (column, row).
-    ``some`` (K,) of its pixels, scattered over it, are looked at in every picture.
+    ``some`` (K,) of its pixels, scattered over it, are looked at in every picture; ``edge`` (L,) are of those at its
+    edge, which tell that it moves.
     """
 
     footprint: Indices
@@ -32,6 +34,7 @@ class Shape:
     ring: Indices
     centre: Place
     some: Indices
+    edge: Indices
 
     @property
     def height_mm(self) -> float:
@@ -47,9 +50,9 @@ class Thing:
 
     ``outline``: in area coordinates. ``odd_ns``: since when it does not look as it did, None if it does. ``asked_ns``:
     when the surface was asked to take it in, None if it is to be asked. ``taken``: whether it is part of the surface;
-    ``freed``: whether the surface has just let it go, for it was pushed or taken away. ``covered``: whether something
-    stands over it now. ``is_edge``: whether it is but the edge of a thing that the surface took in, which reads
-    otherwise by now.
+    ``slid``: whether it was pushed since, so that the surface is to look at it anew; ``freed``: whether the surface has
+    just let it go, for it was taken away. ``covered``: whether something stands over it now. ``is_edge``: whether it is
+    but the edge of a thing that the surface took in, which reads otherwise by now.
     """
 
     object_id: int
@@ -64,6 +67,7 @@ class Thing:
     freed: bool = False
     covered: bool = False
     is_edge: bool = False
+    slid: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +91,15 @@ def shape_of(mask: Mask, heights_mm: Floats) -> Shape:
     rows, columns = np.divmod(footprint, mask.shape[1])
     centre = float(columns.mean()), float(rows.mean())
     # Regular steps would miss a push by as little as they skip.
-    some = np.arange(min(_SAMPLES, len(footprint))) * _SCATTER % len(footprint)
-    return Shape(footprint, heights_mm.take(footprint), ring, centre, some)
+    some = _scattered(len(footprint))
+    inner = cv2.erode(own, _SIDE, borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    edge = np.flatnonzero(inner.take(footprint) == 0)
+    return Shape(footprint, heights_mm.take(footprint), ring, centre, some, edge[_scattered(len(edge))])
+
+
+def _scattered(count: int) -> Indices:
+    """Return which of so many are looked at, if not all."""
+    return np.arange(min(_SAMPLES, count)) * _SCATTER % count
 
 
 def mask_of(footprint: Indices, size: tuple[int, ...]) -> Mask:
@@ -132,7 +143,7 @@ def look_at(thing: Thing, picture: CoarsePicture, standing: Standing | None) -> 
 def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
     """Return by how many columns and rows a shape has moved, at most so many, as its heights show plainly."""
     rows, columns = picture.heights_mm.shape
-    at, expected = shape.footprint[shape.some], shape.heights_mm[shape.some]
+    at, expected = shape.footprint[shape.edge], shape.heights_mm[shape.edge]
     v, u = np.divmod(at, columns)
     steps = np.arange(-reach, reach + 1)
     down, right = (grid.ravel() for grid in np.meshgrid(steps, steps, indexing="ij"))
@@ -148,6 +159,22 @@ def moved(shape: Shape, picture: CoarsePicture, reach: int) -> tuple[int, int]:
     better = wrong[stays] - wrong[best]
     plain = float(better.mean()) > _PLAINLY * float(better.std()) / sqrt(len(better))
     return (int(right[best]), int(down[best])) if plain else (0, 0)
+
+
+def slid(shape: Shape, before: Mask, now: Mask) -> Shape:
+    """Return a shape that went along with a mask (rows, columns), which is grown by a pixel, from before to now."""
+    size = now.shape
+    (row, column), (now_row, now_column) = (np.argwhere(mask).mean(axis=0) for mask in (before, now))
+    v, u = np.divmod(shape.footprint, size[1])
+    v, u = (np.rint(at + by).astype(np.intp) for at, by in ((v, now_row - row), (u, now_column - column)))
+    inside = (v >= 0) & (v < size[0]) & (u >= 0) & (u < size[1])
+    heights = np.zeros(size, np.float32)
+    heights[v[inside], u[inside]] = shape.heights_mm[inside]
+    grown_by_one = now & (cv2.dilate(heights, _BESIDE) > 0.0)
+    own = cv2.erode(grown_by_one.view(np.uint8), _SIDE) > 0
+    if not own.any():
+        return shape
+    return shape_of(own, np.where(heights > 0.0, heights, np.float32(shape.height_mm)))
 
 
 def is_part(shape: Shape, surface: Mask) -> bool:

@@ -11,7 +11,7 @@ from touchd.hands.clearing import Patch, patch_of
 from touchd.hands.lookout import Lookout
 from touchd.hands.settings import ObjectSettings
 from touchd.hands.standing import Horizon, Part, Standing
-from touchd.hands.thing import Look, Shape, Thing, grown, is_part, look_at, mask_of, moved, outline_of, shape_of
+from touchd.hands.thing import Look, Shape, Thing, grown, is_part, look_at, mask_of, moved, outline_of, shape_of, slid
 from touchd.model import CoarsePicture, Mask
 
 _TALLEST_MM = 300.0  # what is higher was not put down
@@ -54,18 +54,24 @@ class ThingTracker:
         still: Sequence[Part],
         picture: CoarsePicture,
         standing: Standing | None,
+        of_arms: set[int],
         joined: Mask | None,
         t_ns: int,
     ) -> None:
         """Take in one picture, with the islands of it that have come to lie still.
 
-        ``joined`` (rows, columns): where things are part of the surface.
+        ``of_arms``: the labels of what stands there that are arms. ``joined`` (rows, columns): where things are part of
+        the surface.
         """
         before = self.things
         if not before and not still:
             return
         seen = [self._seen(thing, picture, standing, joined, t_ns) for thing in before]
-        self.things = tuple(thing for thing in seen if thing is not None)
+        self.things = tuple(
+            replace(thing, covered=True) if _is_under(thing, standing, of_arms) else thing
+            for thing in seen
+            if thing is not None
+        )
         for thing, now in zip(before, seen, strict=True):
             if thing.freed and now is not None:
                 self.things = self._without_parts_of(now)
@@ -76,6 +82,13 @@ class ThingTracker:
                 self._settle(part, standing, t_ns)
         if [(thing.shape, thing.taken) for thing in before] != [(thing.shape, thing.taken) for thing in self.things]:
             self._draw()
+
+    def slide(self, before: Mask, now: Mask, t_ns: int) -> None:
+        """Move those that are part of the surface with it: what was ``before`` (rows, columns) is there ``now``."""
+        self.things = tuple(
+            self._slid(thing, before, now, t_ns) if thing.taken and is_part(thing.shape, before) else thing
+            for thing in self.things
+        )
 
     def adopt(self, settings: ObjectSettings) -> None:
         """Go on under other settings."""
@@ -93,22 +106,25 @@ class ThingTracker:
         if not due:
             return None
         ids = {thing.object_id for thing in due}
-        self.things = tuple(replace(t, asked_ns=t_ns) if t.object_id in ids else t for t in self.things)
+        self.things = tuple(replace(t, asked_ns=t_ns, slid=False) if t.object_id in ids else t for t in self.things)
         footprint = np.concatenate([thing.shape.footprint for thing in due])
         return grown(mask_of(footprint, self._lookout.shape), _SIDE)
 
     def _is_due(self, thing: Thing, t_ns: int) -> bool:
         asked = thing.asked_ns is not None and t_ns - thing.asked_ns < _ASKED_NS
         lies = thing.odd_ns is None and t_ns - thing.still_ns >= self._settings.join_after_s * 1e9
-        return lies and not (thing.taken or asked or thing.covered)
+        is_known = thing.taken and not thing.slid
+        return lies and not (is_known or asked or thing.covered)
 
     def _seen(
         self, thing: Thing, picture: CoarsePicture, standing: Standing | None, joined: Mask | None, t_ns: int
     ) -> Thing | None:
         """Return a thing as a picture shows it, None where it does not any more."""
         lies_on_joined = joined is not None and is_part(thing.shape, joined)
+        if thing.taken and lies_on_joined:
+            return replace(thing, covered=False)
         if thing.taken:
-            return thing if lies_on_joined else replace(thing, taken=False, freed=True, asked_ns=None, still_ns=t_ns)
+            return replace(thing, taken=False, freed=True, slid=False, asked_ns=None, still_ns=t_ns)
         look = look_at(thing, picture, standing)
         # The surface may have taken in only what is below it.
         if lies_on_joined and thing.asked_ns is not None and look.left > _SUNK:
@@ -126,6 +142,14 @@ class ThingTracker:
         now = replace(thing, shape=pushed, outline=outline_of(pushed, self._lookout), odd_ns=None, freed=False)
         stays = dist(pushed.centre, thing.anchor) < max(_STAYS_PX, self._lookout.px(_STAYS_MM))
         return now if stays else replace(now, still_ns=t_ns, anchor=pushed.centre, asked_ns=None)
+
+    def _slid(self, thing: Thing, before: Mask, now: Mask, t_ns: int) -> Thing:
+        """Return a thing where it went with the surface, which is to look at it anew once it lies still."""
+        shape = slid(thing.shape, before, now)
+        outline = outline_of(shape, self._lookout)
+        return replace(
+            thing, shape=shape, outline=outline, still_ns=t_ns, anchor=shape.centre, asked_ns=None, slid=True
+        )
 
     def _left_of(self, thing: Thing, look: Look, picture: CoarsePicture, t_ns: int) -> Thing | None:
         """Return what is left of a thing where it was; None where that is nothing."""
@@ -190,8 +214,10 @@ class ThingTracker:
                 rest.append(thing)
                 neighbours += [thing] if near else []
         shape = shape_of(heights > 0.0, heights)
-        # What is seen beside a thing while someone touches it may be that thing, on its way.
-        if shape.height_mm > _TALLEST_MM or any(_is_touched(each, part, standing) for each in neighbours):
+        # What is seen beside a thing while someone touches it may be that thing, on its way; beside one that has slid,
+        # a side of it that was not seen before.
+        on_its_way = any(each.slid or _is_touched(each, part, standing) for each in neighbours)
+        if shape.height_mm > _TALLEST_MM or on_its_way:
             return
         is_edge = any(_is_edge_of(neighbour.shape, shape) for neighbour in neighbours)
         object_id = object_id or self._again(shape)
@@ -241,3 +267,11 @@ def _is_edge_of(thing: Shape, beside: Shape) -> bool:
 
 def _alike(a: float, b: float) -> bool:
     return abs(a - b) <= _AGAIN_SHARE * max(a, b)
+
+
+def _is_under(thing: Thing, standing: Standing | None, of_arms: set[int]) -> bool:
+    """Return whether an arm is over a thing, or close to it."""
+    if standing is None or not of_arms:
+        return False
+    there = {*standing.labels.take(thing.shape.ring).tolist(), *standing.labels.take(thing.shape.footprint).tolist()}
+    return not of_arms.isdisjoint(there)

@@ -14,6 +14,8 @@ _STILL_SHARE, _STILL_RAW = 0.05, 3.0
 _MOST_SKIPPED = 30  # pictures in which something moves over it; then it is looked at anew
 _WAVERING_RAW = 4.0  # what varies by more is an outline, of which the nearest counts
 _GROWN_PX = 6  # beyond a thing's mask, where its outline wavers
+_WATCHED_PX = 16  # beyond it: a hand that comes so near is not to be learned with it
+_HAND = np.ones((5, 5), np.uint8)  # of what moves; outlines waver over less
 _FILLED_PX = 15  # over places of a thing that cannot be read
 _NEVER = 65535
 
@@ -26,6 +28,14 @@ class Change:
 
     window: Window
     by: Floats
+
+    def and_(self, other: "Change") -> "Change":
+        """Return both as one."""
+        window = joint_window(self.window, other.window)
+        by = np.zeros([side.stop - side.start for side in window], np.float32)
+        for change in (self, other):
+            by[within(change.window, window)] += change.by
+        return Change(window, by)
 
 
 class Joining:
@@ -82,9 +92,10 @@ class Joining:
         self._nearest[:], self._farthest[:] = _NEVER, 0
 
     def _has_moved(self, seen: NDArray[np.int32], known: Mask) -> bool:
-        both = known & self._first_known & self.own
+        both = known & self._first_known
         moved = (np.abs(seen - self._first) > _STILL_RAW * self._unit_raw) & both
-        return int(moved.sum()) > _STILL_SHARE * max(1, int(both.sum()))
+        own = int(np.count_nonzero(moved & self.own)), int(np.count_nonzero(both & self.own))
+        return own[0] > _STILL_SHARE * max(1, own[1]) or bool(cv2.erode(moved.view(np.uint8), _HAND).any())
 
 
 def window_around(mask: Mask) -> Window | None:
@@ -94,7 +105,19 @@ def window_around(mask: Mask) -> Window | None:
         where = np.flatnonzero(mask.any(axis=1 - axis))
         if not where.size:
             return None
-        first, last = max(0, int(where[0]) - _GROWN_PX), int(where[-1]) + 1 + _GROWN_PX
+        first, last = max(0, int(where[0]) - _WATCHED_PX), int(where[-1]) + 1 + _WATCHED_PX
         limit = mask.shape[axis] // COARSE_PX * COARSE_PX
         sides.append(slice(first // COARSE_PX * COARSE_PX, min(-(-last // COARSE_PX) * COARSE_PX, limit)))
     return sides[0], sides[1]
+
+
+def joint_window(one: Window, other: Window) -> Window:
+    """Return the window around two."""
+    rows, columns = (slice(min(a.start, b.start), max(a.stop, b.stop)) for a, b in zip(one, other, strict=True))
+    return rows, columns
+
+
+def within(inner: Window, outer: Window) -> Window:
+    """Return a window as an index of one around it."""
+    rows, columns = (slice(a.start - b.start, a.stop - b.start) for a, b in zip(inner, outer, strict=True))
+    return rows, columns

@@ -6,9 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from touchd.model import COARSE_PX, Floats, Image16, Mask, Sensor
+from touchd.model import COARSE_PX, Floats, Image16, Mask, Sensor, Slide
 from touchd.surface.bared import Bared
-from touchd.surface.joining import Change, Joining, window_around
+from touchd.surface.joining import Change, Joining, joint_window, window_around, within
+from touchd.surface.sliding import Sliding
 
 # A thing is gone where it reads lower than half of its height for so long; what is flatter cannot be told.
 _FLAT_RAW, _GONE_SHARE, _GONE_S, _PARTLY_GONE_S = 0.8, 0.6, 0.12, 0.3
@@ -26,10 +27,11 @@ class Layers:
     def __init__(self, sensor: Sensor, unit_raw: float) -> None:
         """``unit_raw``: what noise may make of a reading."""
         self._readable = np.isfinite(sensor.to_mm)
-        self._unit_raw = unit_raw
+        self._sensor, self._unit_raw = sensor, unit_raw
         self._shape = (sensor.size[1], sensor.size[0])
         self._joining: list[Joining] = []
         self._lying: list[_Lying] = []
+        self.slides: tuple[Slide, ...] = ()
         self._bared = Bared(self._readable, unit_raw)
         self._measure()
 
@@ -38,7 +40,7 @@ class Layers:
         """Where (H, W) a thing is part of the surface."""
         found = np.zeros(self._shape, np.bool_)
         for thing in self._lying:
-            found[thing.rise.window] |= thing.own & (thing.rise.by != 0.0)
+            found |= _mask_of(thing.rise, thing.own, self._shape)
         return found
 
     @property
@@ -60,6 +62,16 @@ class Layers:
 
         ``seconds`` have passed since the last one.
         """
+        before = [(thing.rise, thing.own) for thing in self._lying]
+        changes = [thing.pushed(raw, reference) for thing in self._lying]
+        self.slides = tuple(
+            Slide(_mask_of(*was, self._shape), _mask_of(thing.rise, thing.own, self._shape))
+            for was, thing, change in zip(before, self._lying, changes, strict=True)
+            if change is not None
+        )
+        if self.slides:
+            self._measure()
+            return [change for change in changes if change is not None]
         changes = [thing.taken_away(raw, reference, seconds) for thing in self._lying]
         if self._lying and not any(changes):
             bare = self._bared.step(_sampled(raw), _sampled(reference), self._by, self._tallest, seconds)
@@ -71,13 +83,21 @@ class Layers:
         learned = next((thing for thing in self._joining if thing.is_learned(raw)), None) if self._joining else None
         if learned is not None:
             self._joining.remove(learned)
-            rise = learned.rise(reference)
-            changes.append(rise)
-            # Whether a flat one is taken away could not be told: it becomes the surface for good.
-            if np.median(rise.by[learned.own]) < -_FLAT_RAW * self._unit_raw:
-                self._lying.append(_Lying(rise, learned.own, self._readable, _FLAT_RAW * self._unit_raw))
-                self._measure()
+            changes.append(self._taken_in(learned, reference))
         return [change for change in changes if change is not None]
+
+    def _taken_in(self, learned: Joining, reference: Floats) -> Change:
+        """Return what a thing that was looked at makes of the surface, and remember it."""
+        rise = learned.rise(reference)
+        is_flat = bool(np.median(rise.by[learned.own]) >= -_FLAT_RAW * self._unit_raw)
+        below = next((thing for thing in self._lying if thing.bears(learned)), None) if is_flat else None
+        if below is not None:
+            below.correct(rise)
+        # Whether a flat one is taken away could not be told: it becomes the surface for good.
+        elif not is_flat:
+            self._lying.append(_Lying(rise, learned.own, self._sensor, _FLAT_RAW * self._unit_raw))
+        self._measure()
+        return rise
 
     def _measure(self) -> None:
         """Measure anew what lies there, at the pixels that are sampled and at most around each."""
@@ -91,14 +111,45 @@ class Layers:
 class _Lying:
     """A thing that is part of the surface."""
 
-    def __init__(self, rise: Change, own: Mask, readable: Mask, flat_raw: float) -> None:
+    def __init__(self, rise: Change, own: Mask, sensor: Sensor, flat_raw: float) -> None:
         """``rise``: what it changed of the surface. ``own``: its mask within that window, without what surrounds it."""
         self.rise = rise
         self.own = own
-        self._readable = readable
+        self._readable = np.isfinite(sensor.to_mm)
         self._flat_raw = flat_raw
         self._at_first = self._standing(rise.by)
         self._gone_s = np.zeros(_sampled(own).shape, np.float32)
+        self._sensor = sensor
+        self._sliding: Sliding | None = None
+
+    def bears(self, learned: Joining) -> bool:
+        """Return whether most of what was looked at is on it."""
+        both = joint_window(self.rise.window, learned.window)
+        own, other = np.zeros((2, *(side.stop - side.start for side in both)), np.bool_)
+        own[within(self.rise.window, both)] = self.own
+        other[within(learned.window, both)] = learned.own
+        on = int(np.count_nonzero(own & other))
+        return 2 * on > int(np.count_nonzero(learned.own))
+
+    def correct(self, rise: Change) -> None:
+        """Take in how it reads otherwise than was thought: what was seen at its place is it."""
+        whole = self.rise.and_(rise)
+        own = np.zeros(whole.by.shape, np.bool_)
+        own[within(self.rise.window, whole.window)] = self.own
+        self.rise, self.own = whole, own
+        self._gone_s = np.zeros(_sampled(own).shape, np.float32)
+        self._sliding = None
+
+    def pushed(self, raw: Image16, reference: Floats) -> Change | None:
+        """Return the surface's change if a picture shows that it was pushed."""
+        self._sliding = self._sliding or Sliding(self._sensor, self.rise, self.own, reference, self._flat_raw)
+        found = self._sliding.step(raw, reference, self.rise)
+        if found is None:
+            return None
+        before = self.rise
+        self.rise, self.own = found
+        self._gone_s = np.zeros(_sampled(self.own).shape, np.float32)
+        return self.rise.and_(Change(before.window, -before.by))
 
     def taken_away(self, raw: Image16, reference: Floats, seconds: float) -> Change | None:
         """Return the surface's change if pictures up to this one show that it was taken away, or a part of it."""
@@ -137,8 +188,16 @@ class _Lying:
         if self._standing(left) < _LEFT_OVER_SHARE * self._at_first:
             left = np.zeros_like(left)
         self.rise = Change(before.window, left)
+        self._sliding = None
         self._gone_s[:] = 0.0
         return Change(before.window, left - before.by)
+
+
+def _mask_of(rise: Change, own: Mask, shape: tuple[int, int]) -> Mask:
+    """Return where (H, W) a thing is part of the surface."""
+    found = np.zeros(shape, np.bool_)
+    found[rise.window] = own & (rise.by != 0.0)
+    return found
 
 
 def _sampled(pixels: NDArray[S]) -> NDArray[S]:

@@ -8,7 +8,18 @@ import cv2
 import numpy as np
 
 from touchd.geometry import Doubles, Plane, SurfaceMap, depth_mm, fit_plane, mm_per_raw
-from touchd.model import CoarsePicture, Floats, FollowedArea, Frame, Image16, Mask, Surface, SurfaceRows, frozen_array
+from touchd.model import (
+    CoarsePicture,
+    Floats,
+    FollowedArea,
+    Frame,
+    Image16,
+    Mask,
+    Slide,
+    Surface,
+    SurfaceRows,
+    frozen_array,
+)
 from touchd.surface.drift import TERMS, Fields, rounded
 from touchd.surface.joining import Change
 from touchd.surface.layers import Layers
@@ -127,6 +138,11 @@ class LivingSurface:
     def part_of_surface(self) -> Mask:
         """Where (H, W) a thing has become part of the surface."""
         return frozen_array(self._lying)
+
+    @property
+    def slides(self) -> tuple[Slide, ...]:
+        """What was pushed in the last picture, of the things that are part of the surface."""
+        return self._layers.slides
 
     def vitals(self) -> Vitals:
         """Return how it has fared."""
