@@ -125,10 +125,22 @@ def test_a_hand_that_comes_close_to_a_thing_is_not_learned_with_it() -> None:
     desk.play(5, thing("phone"))
     for step in range(-9, 10):
         desk.play(1, thing("phone"), finger(5.0, (X + 10.0 * step, Y + 62.0)))
-    desk.play(24, thing("phone"))
+    assert not desk.living.part_of_surface.any()
+    desk.play(12, thing("phone"))
     assert desk.living.part_of_surface.any()
     assert np.abs(off_raw(desk, 0.0))[~desk.mask_of(thing("phone"))].max() < 9.0
     assert sum(cursor_counts(desk.play(5, thing("phone")))) == 0
+
+
+def test_a_thing_is_learned_soon_after_a_hand_that_was_there_when_it_was_first_looked_at_has_left() -> None:
+    desk = Desk(750.0, "shell")
+    beside = finger(0.0, (X + 20.0, Y + 50.0))
+    desk.play(3, thing("phone"), beside)
+    desk.living.join(desk.mask_of(thing("phone")))
+    desk.play(5, thing("phone"), beside)
+    desk.play(21, thing("phone"))
+    assert desk.living.part_of_surface.any()
+    assert np.abs(off_raw(desk, 0.0))[~desk.mask_of(thing("phone"))].max() < 9.0
 
 
 def test_how_a_thing_reads_otherwise_later_is_taken_away_with_it() -> None:

@@ -271,6 +271,18 @@ def test_what_was_pushed_is_offered_again_once_it_lies_still_and_no_hand_is_over
     assert (sum(offered[:40]), sum(offered)) == (0, 1)
 
 
+def test_no_touch_is_on_a_thing_that_was_pushed_but_a_hand_s_until_the_surface_has_looked_at_it_anew() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=0.5)
+    mask = slid(watch, taken_in(watch), 1)
+    stage = watch.see(joined=mask)
+    assert stage.admitted([contact_in_the_middle()]) == []
+    stage = watch.see(pointing((0.0, 0.0), 0.0), joined=mask)
+    assert stage.admitted([contact_in_the_middle()]) == [contact_in_the_middle()]
+    while stage.due(watch.t_ns) is None:
+        stage = watch.see(joined=mask)
+    assert watch.see(joined=mask).admitted([contact_in_the_middle()]) == [contact_in_the_middle()]
+
+
 def test_a_side_that_is_seen_of_a_thing_once_it_was_pushed_is_no_thing() -> None:
     watch = Watch(tabletop(750.0), join_after_s=2.0)
     mask = slid(watch, taken_in(watch), 8)

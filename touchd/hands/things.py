@@ -89,13 +89,14 @@ class ThingTracker:
             self._slid(thing, before, now, t_ns) if thing.taken and is_part(thing.shape, before) else thing
             for thing in self.things
         )
+        self._draw()
 
     def adopt(self, settings: ObjectSettings) -> None:
         """Go on under other settings."""
         self._settings = settings
 
     def holds(self, place: tuple[float, float]) -> bool:
-        """Return whether a thing that the surface has not taken in is at a place, or close by."""
+        """Return whether a thing is at a place, or close by, that the surface has not taken in, or not as it is now."""
         column, row = round(place[0]), round(place[1])
         rows, columns = self._zone.shape
         return 0 <= row < rows and 0 <= column < columns and bool(self._zone[row, column])
@@ -107,6 +108,7 @@ class ThingTracker:
             return None
         ids = {thing.object_id for thing in due}
         self.things = tuple(replace(t, asked_ns=t_ns, slid=False) if t.object_id in ids else t for t in self.things)
+        self._draw()
         footprint = np.concatenate([thing.shape.footprint for thing in due])
         return grown(mask_of(footprint, self._lookout.shape), _SIDE)
 
@@ -245,9 +247,11 @@ class ThingTracker:
         over_mm = self._level_mm + _OVER_MM + _OVER_STEPS * self._lookout.step_mm
         self.levels_mm = self._empty_mm
         zone = np.zeros(self._lookout.shape, np.uint8)
+        for thing in self.things:
+            if thing.slid or not thing.taken:
+                zone.ravel()[thing.shape.footprint] = 1
         shapes = [thing.shape for thing in self.things if not thing.taken]
         for shape in shapes:
-            zone.ravel()[shape.footprint] = 1
             heights = np.zeros(self._lookout.shape, np.float32)
             heights.ravel()[shape.footprint] = shape.heights_mm + np.float32(over_mm)
             self.levels_mm = np.maximum(self.levels_mm, np.asarray(cv2.dilate(heights, _SIDE), np.float32))

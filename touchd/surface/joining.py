@@ -11,7 +11,7 @@ from touchd.model import COARSE_PX, Floats, Image16, Mask
 
 _STILL_FRAMES = 15  # a thing is learned from so many pictures in which it keeps still
 _STILL_SHARE, _STILL_RAW = 0.05, 3.0
-_MOST_SKIPPED = 30  # pictures in which something moves over it; then it is looked at anew
+_AGAIN_FRAMES = 4  # pictures that are alike, but not like those before: it is looked at anew
 _WAVERING_RAW = 4.0  # what varies by more is an outline, of which the nearest counts
 _GROWN_PX = 6  # beyond a thing's mask, where its outline wavers
 _WATCHED_PX = 16  # beyond it: a hand that comes so near is not to be learned with it
@@ -43,15 +43,13 @@ class Joining:
 
     def __init__(self, window: Window, own: Mask, readable: Mask, unit_raw: float) -> None:
         """``own``: its mask within the window. ``readable``: for each raw value whether it is a reading."""
-        size = 2 * _GROWN_PX + 1
         self.window = window
         self.own = own.copy()
-        self._around: Mask = cv2.dilate(self.own.view(np.uint8), np.ones((size, size), np.uint8)) > 0
+        self._around, self._watched = (_grown(self.own, px) for px in (_GROWN_PX, _WATCHED_PX))
         self._readable = readable
         self._unit_raw = unit_raw
-        self._frames = self._skipped = 0
-        self._first: NDArray[np.int32] = np.zeros(own.shape, np.int32)
-        self._first_known = np.zeros(own.shape, np.bool_)
+        self._frames = self._alike = 0
+        self._first = self._last = _Look(np.zeros(own.shape, np.int32), np.zeros(own.shape, np.bool_))
         self._sum, self._count = np.zeros(own.shape, np.float32), np.zeros(own.shape, np.uint8)
         self._nearest, self._farthest = np.full(own.shape, _NEVER, np.int32), np.zeros(own.shape, np.int32)
 
@@ -59,11 +57,16 @@ class Joining:
         """Take in one picture, and return whether it was the last one needed."""
         seen = raw[self.window].astype(np.int32)
         known = self._readable.take(seen, mode="clip")
-        if self._frames == 0 or self._skipped > _MOST_SKIPPED:
-            self._begin(seen, known)
-        elif self._has_moved(seen, known):
-            self._skipped += 1
-            return False
+        now, before = _Look(seen, known), self._last
+        self._last = now
+        if self._frames == 0:
+            self._begin(now)
+        elif self._differ(self._first, now):
+            self._alike = 0 if self._differ(before, now) else self._alike + 1
+            if self._alike < _AGAIN_FRAMES:
+                return False
+            self._begin(now)
+        self._alike = 0
         self._frames += 1
         self._sum += seen * known
         self._count += known
@@ -84,18 +87,33 @@ class Joining:
         hole = ~known & self.own & (weight > 0.1)
         return Change(self.window, np.where(hole, around, by).astype(np.float32))
 
-    def _begin(self, seen: NDArray[np.int32], known: Mask) -> None:
-        self._frames = self._skipped = 0
-        self._first, self._first_known = seen, known
+    def _begin(self, now: "_Look") -> None:
+        self._frames = 0
+        self._first = now
         self._sum[:] = 0.0
         self._count[:] = 0
         self._nearest[:], self._farthest[:] = _NEVER, 0
 
-    def _has_moved(self, seen: NDArray[np.int32], known: Mask) -> bool:
-        both = known & self._first_known
-        moved = (np.abs(seen - self._first) > _STILL_RAW * self._unit_raw) & both
-        own = int(np.count_nonzero(moved & self.own)), int(np.count_nonzero(both & self.own))
-        return own[0] > _STILL_SHARE * max(1, own[1]) or bool(cv2.erode(moved.view(np.uint8), _HAND).any())
+    def _differ(self, one: "_Look", other: "_Look") -> bool:
+        """Return whether something moved from one picture to another: much of the thing, or what is a finger wide."""
+        both = one.known & other.known & self._watched
+        moved = (np.abs(one.seen - other.seen) > _STILL_RAW * self._unit_raw) & both
+        over, own = (int(np.count_nonzero(where & self.own)) for where in (moved, both))
+        return over > _STILL_SHARE * max(1, own) or bool(cv2.erode(moved.view(np.uint8), _HAND).any())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Look:
+    """A picture's window: what is seen (H, W, raw), and which of that are readings."""
+
+    seen: NDArray[np.int32]
+    known: Mask
+
+
+def _grown(mask: Mask, px: int) -> Mask:
+    """Return a mask (H, W) with the pixels around it that are so near."""
+    size = 2 * px + 1
+    return cv2.dilate(mask.view(np.uint8), np.ones((size, size), np.uint8)) > 0
 
 
 def window_around(mask: Mask) -> Window | None:
