@@ -185,6 +185,6 @@ class Objects(Section):
 
     join_after_s: Annotated[float, Field(ge=0.5, le=3600)] = field(
         _OBJECTS.join_after_s,
-        "After lying still for so long, once no hand is over it, a thing joins the surface and can be touched",
+        "After lying still for so long, once no hand is over or near it, a thing joins the surface and can be touched",
         unit="seconds",
     )

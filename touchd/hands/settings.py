@@ -5,6 +5,6 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ObjectSettings:
-    """``join_after_s``: after lying still for so long, once no hand is over it, a thing becomes part of the surface."""
+    """``join_after_s``: after lying still for so long, once no hand is over or near it, a thing joins the surface."""
 
     join_after_s: float = 3.0
