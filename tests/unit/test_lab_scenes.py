@@ -47,6 +47,20 @@ def test_every_scene_plays_at_every_height_and_touches_only_inside_its_area(name
         assert 0.0 < tip.y < 1.0
 
 
+@pytest.mark.parametrize("height_mm", [750.0, 1000.0])
+@pytest.mark.parametrize("name", ["targets-book", "targets-bowl", "drag-bowl"])
+def test_hands_fly_over_what_is_not_flat(name: str, height_mm: float) -> None:
+    of, flown = scene(name, height_mm), 0
+    for before, now in pairwise(tips(name, height_mm)):
+        for was, tip in zip(before, now, strict=False):
+            way_mm = hypot(tip.x_mm - was.x_mm, tip.y_mm - was.y_mm)
+            if was.finger == tip.finger and not (was.touching or tip.touching) and way_mm > 10.0:
+                flown += 1
+                assert tip.height_mm > 10.0 * height_mm / 750.0
+    assert flown > 30
+    assert of.touches
+
+
 @pytest.mark.parametrize("name", SHORT)
 def test_touches_come_down_and_lift_when_their_truth_says(name: str) -> None:
     of = scene(name)

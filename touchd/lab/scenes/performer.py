@@ -13,6 +13,9 @@ from touchd.table.scene import Hand, Place, Point
 from touchd.table.vectors import between, plus, turned
 
 _SPEED_NS = 2_000_000
+# Of how high it moves about, so much a hand keeps over what it passes. It rises before that, and sinks after it, over
+# a share of its way; and less where it sets out and arrives.
+_KEPT, _AHEAD, _ROUNDED, _STEPS = 0.8, 0.25, 0.1, 24
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,9 +104,23 @@ class Performer:
         lift = leg.at(t_ns).lifts_mm[tip]
         here = ground.height_at(place)
         if not leg.rests(tip):
-            ends = [ground.height_at(self._places(stance)[tip]) for stance in (leg.begin, leg.end)]
-            lift = max(lift + between(ends[0], ends[1], leg.share(t_ns)) - here, 0.0)
+            share = leg.share(t_ns)
+            begin, end = (ground.height_at(self._places(stance)[tip]) for stance in (leg.begin, leg.end))
+            lift = max(lift + between(begin, end, share) + self._raised_mm(leg, share, ground, tip) - here, 0.0)
         return Foot((*place, here), ground.normal_at(place), lift)
+
+    def _raised_mm(self, leg: Leg, share: float, ground: Ground, tip: int) -> float:
+        """Return how much higher than straight on a fingertip flies, so as to pass over what is in its way."""
+        begin, end = (ground.height_at(self._places(stance)[tip]) for stance in (leg.begin, leg.end))
+        raised_mm = 0.0
+        for step in range(_STEPS + 1):
+            there = step / _STEPS
+            stance = leg.begin.towards(leg.end, there)
+            lift = stance.lifts_mm[tip]
+            gap_mm = lift + between(begin, end, there) - ground.height_at(self._places(stance)[tip])
+            near = max(0.0, 1.0 - abs(share - there) / _AHEAD)
+            raised_mm = max(raised_mm, near * (_KEPT * lift - gap_mm))
+        return raised_mm * min(1.0, share / _ROUNDED, (1.0 - share) / _ROUNDED)
 
     def _places(self, stance: Stance) -> list[Place]:
         """Return the places under the fingertips in play."""
