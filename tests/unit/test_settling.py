@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import pytest
 from touchd.hands.stage import HandStage
-from touchd.model import CoarsePicture, Mask, TouchFrame
+from touchd.model import CoarsePicture, Mask, Slide, TouchFrame
 from touchd.table.misreading import TRUE_READING
 from touchd.table.scene import Block, Hand
 
@@ -47,9 +47,15 @@ class Looks:
         self.count = 0
         see = HandStage.see
 
-        def counted(stage: HandStage, picture: CoarsePicture, t_ns: int, joined: Mask | None = None) -> None:
+        def counted(
+            stage: HandStage,
+            picture: CoarsePicture,
+            t_ns: int,
+            joined: Mask | None = None,
+            slides: Sequence[Slide] = (),
+        ) -> None:
             self.count += 1
-            see(stage, picture, t_ns, joined)
+            see(stage, picture, t_ns, joined, slides)
 
         monkeypatch.setattr(HandStage, "see", counted)
 
