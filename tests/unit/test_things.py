@@ -216,6 +216,14 @@ def test_what_was_pushed_until_the_surface_let_it_go_is_the_same_thing_where_it_
     assert dist(middle_mm(found, top.mm_of), (0.0, -60.0)) < 20.0
 
 
+def test_what_the_surface_let_go_under_a_hand_is_the_same_thing() -> None:
+    watch = Watch(tabletop(750.0), join_after_s=0.5)
+    mask = taken_in(watch)
+    for _ in range(4):
+        stage = watch.see(booklet((0.0, 0.0)), pointing((0.0, 62.0), 0.0), joined=np.zeros_like(mask))
+    assert [o.object_id for o in stage.objects] == [1]
+
+
 def test_the_part_of_a_thing_that_is_pushed_off_its_place_is_no_thing_while_a_finger_pushes() -> None:
     watch = Watch(tabletop(750.0), join_after_s=0.5)
     joined = taken_in(watch)

@@ -66,12 +66,9 @@ class ThingTracker:
         before = self.things
         if not before and not still:
             return
-        seen = [self._seen(thing, picture, standing, joined, t_ns) for thing in before]
-        self.things = tuple(
-            replace(thing, covered=True) if _is_under(thing, standing, of_arms) else thing
-            for thing in seen
-            if thing is not None
-        )
+        found = (self._seen(thing, picture, standing, joined, t_ns) for thing in before)
+        seen = [None if thing is None else _beneath(thing, standing, of_arms) for thing in found]
+        self.things = tuple(thing for thing in seen if thing is not None)
         for thing, now in zip(before, seen, strict=True):
             if thing.freed and now is not None:
                 self.things = self._without_parts_of(now)
@@ -124,7 +121,7 @@ class ThingTracker:
         """Return a thing as a picture shows it, None where it does not any more."""
         lies_on_joined = joined is not None and is_part(thing.shape, joined)
         if thing.taken and lies_on_joined:
-            return replace(thing, covered=False)
+            return thing
         if thing.taken:
             return replace(thing, taken=False, freed=True, slid=False, asked_ns=None, still_ns=t_ns)
         look = look_at(thing, picture, standing)
@@ -273,9 +270,15 @@ def _alike(a: float, b: float) -> bool:
     return abs(a - b) <= _AGAIN_SHARE * max(a, b)
 
 
-def _is_under(thing: Thing, standing: Standing | None, of_arms: set[int]) -> bool:
-    """Return whether an arm is over a thing, or close to it."""
+def _beneath(thing: Thing, standing: Standing | None, of_arms: set[int]) -> Thing:
+    """Return a thing that knows whether an arm is over it or close to it, if the surface is to take it in."""
+    if thing.taken and not thing.slid:
+        return thing
+    return replace(thing, covered=_is_near(thing, standing, of_arms) or (thing.covered and not thing.taken))
+
+
+def _is_near(thing: Thing, standing: Standing | None, of_arms: set[int]) -> bool:
     if standing is None or not of_arms:
         return False
-    there = {*standing.labels.take(thing.shape.ring).tolist(), *standing.labels.take(thing.shape.footprint).tolist()}
-    return not of_arms.isdisjoint(there)
+    around = np.concatenate((thing.shape.ring, thing.shape.footprint))
+    return bool(np.isin(standing.labels.take(around), list(of_arms)).any())

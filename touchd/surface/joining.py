@@ -29,7 +29,7 @@ class Change:
     window: Window
     by: Floats
 
-    def and_(self, other: "Change") -> "Change":
+    def plus(self, other: "Change") -> "Change":
         """Return both as one."""
         window = joint_window(self.window, other.window)
         by = np.zeros([side.stop - side.start for side in window], np.float32)

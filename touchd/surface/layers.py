@@ -133,7 +133,7 @@ class _Lying:
 
     def correct(self, rise: Change) -> None:
         """Take in how it reads otherwise than was thought: what was seen at its place is it."""
-        whole = self.rise.and_(rise)
+        whole = self.rise.plus(rise)
         own = np.zeros(whole.by.shape, np.bool_)
         own[within(self.rise.window, whole.window)] = self.own
         self.rise, self.own = whole, own
@@ -149,7 +149,7 @@ class _Lying:
         before = self.rise
         self.rise, self.own = found
         self._gone_s = np.zeros(_sampled(self.own).shape, np.float32)
-        return self.rise.and_(Change(before.window, -before.by))
+        return self.rise.plus(Change(before.window, -before.by))
 
     def taken_away(self, raw: Image16, reference: Floats, seconds: float) -> Change | None:
         """Return the surface's change if pictures up to this one show that it was taken away, or a part of it."""

@@ -22,19 +22,13 @@ Indices: TypeAlias = NDArray[np.intp]
 _SAMPLES, _TALL_SAMPLES, _LOW_RANK, _LOW = 240, 60, 0.4, 2.0
 _FEWEST, _SCATTER = 30, 7919  # a prime
 _WAVERS, _BAND = np.ones((3, 3), np.uint8), np.ones((9, 9), np.uint8)  # an outline wavers; what is within is looked at
-_BARE_SHARE, _BARE_AT_FIRST, _FORGETS = (
-    0.06,
-    0.1,
-    0.02,
-)  # of the edge: more than usually reads as the surface below; and of what is usual
+# So much more of the edge than usually reads as the surface below; what is usual at first, and is forgotten of that.
+_BARE_SHARE, _BARE_AT_FIRST, _FORGETS = 0.06, 0.1, 0.02
 _REACH_PX = 6  # from one picture to the next
 _TURNS_DEG = (-2.0, -1.0, 1.0, 2.0)
 _FAR, _PX_PER_DEG = 0.002, 2.0  # of two moves that explain as much, the smaller one
-_PLAINLY, _PLAINLY_TURNED, _SHARE = (
-    4.0,
-    2.5,
-    0.04,
-)  # standard errors, and of its height, by which another place must look better
+# Standard errors, and what share of its height, by which another place must look better; errors for a turn to do so.
+_PLAINLY, _SHARE, _PLAINLY_TURNED = 4.0, 0.04, 2.5
 _UNLIKE = 0.5  # of its height: where it is off by more in the mean, it is not
 _STAYS = np.zeros((1, 3), np.float32)
 _HOLES = np.ones((3, 3), np.uint8)

@@ -106,18 +106,21 @@ class Performer:
         if not leg.rests(tip):
             share = leg.share(t_ns)
             begin, end = (ground.height_at(self._places(stance)[tip]) for stance in (leg.begin, leg.end))
-            lift = max(lift + between(begin, end, share) + self._raised_mm(leg, share, ground, tip) - here, 0.0)
+            raised = self._raised_mm(leg, share, ground, tip, (begin, end))
+            lift = max(lift + between(begin, end, share) + raised - here, 0.0)
         return Foot((*place, here), ground.normal_at(place), lift)
 
-    def _raised_mm(self, leg: Leg, share: float, ground: Ground, tip: int) -> float:
-        """Return how much higher than straight on a fingertip flies, so as to pass over what is in its way."""
-        begin, end = (ground.height_at(self._places(stance)[tip]) for stance in (leg.begin, leg.end))
+    def _raised_mm(self, leg: Leg, share: float, ground: Ground, tip: int, ends: tuple[float, float]) -> float:
+        """Return how much higher than straight on a fingertip flies, so as to pass over what is in its way.
+
+        ``ends``: how high the ground is where the leg begins and where it ends.
+        """
         raised_mm = 0.0
         for step in range(_STEPS + 1):
             there = step / _STEPS
             stance = leg.begin.towards(leg.end, there)
             lift = stance.lifts_mm[tip]
-            gap_mm = lift + between(begin, end, there) - ground.height_at(self._places(stance)[tip])
+            gap_mm = lift + between(*ends, there) - ground.height_at(self._places(stance)[tip])
             near = max(0.0, 1.0 - abs(share - there) / _AHEAD)
             raised_mm = max(raised_mm, near * (_KEPT * lift - gap_mm))
         return raised_mm * min(1.0, share / _ROUNDED, (1.0 - share) / _ROUNDED)
