@@ -6,7 +6,9 @@ import shutil
 import socket
 import subprocess
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn, Protocol, Self
 
@@ -22,6 +24,7 @@ PATIENCE_S = 30.0
 RESEND_S = 0.1
 REDUNDANT = -1
 MOST_LATE = 100  # bundles
+LOWEST_PORT = 20_000
 
 
 class Client(Protocol):
@@ -219,8 +222,25 @@ def missing(remedy: str) -> NoReturn:
 
 
 def free_udp_port() -> int:
-    """Return a port on loopback that nobody listens on now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        port: int = probe.getsockname()[1]
-        return port
+    """Return a port that nobody listens on now, that no test was given before, and that is nobody's by chance.
+
+    It lies below those of which the kernel gives one to whoever sends first or asks for any: one of theirs may go to
+    another test, or to what is tested, before the client that was to listen on it has started.
+    """
+    for port in _own_ports():
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", port))
+            except OSError:
+                continue
+            return port
+    raise OSError("Every UDP port below those that the kernel gives away was used: run fewer tests at a time.")
+
+
+@cache
+def _own_ports() -> Iterator[int]:
+    """Return ports that no other worker of this test run is given."""
+    above = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
+    number = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0").removeprefix("gw"))
+    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    return iter(range(LOWEST_PORT + number, above, workers))

@@ -122,6 +122,18 @@ def test_a_client_can_stop_and_come_back_on_its_port(make_client: MakeClient) ->
                 assert client.log.left_over() == {1}
 
 
+def test_a_free_port_is_given_once_and_is_none_that_the_kernel_gives_away_or_that_is_taken() -> None:
+    lowest = int(Path("/proc/sys/net/ipv4/ip_local_port_range").read_text().split()[0])
+    workers = int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "1"))
+    following = free_udp_port() + workers
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", following))
+        given = [free_udp_port() for _ in range(100)]
+    assert following not in given
+    assert len(set(given)) == 100
+    assert max(given) < lowest
+
+
 @pytest.mark.parametrize("make_client", IN_PROCESSES)
 def test_a_port_that_is_taken_fails_the_start_and_leaves_nothing_behind(make_client: MakeClient) -> None:
     with Mailbox() as box:
