@@ -73,8 +73,9 @@ def test_the_bank_s_slopes_predict_its_heights() -> None:
     assert bank.templates.shape == (len(bank.middles), 2 + UNKNOWNS, bank.places_mm.shape[2])
     # The clearances of one radius and pitch lie next to each other: 0 and 4 mm.
     assert bank.middles[:2, 1].tolist() == [0.0, 4.0]
-    low, high = (rows[0] / rows[1] for rows in bank.templates[:2])
-    predicted = low + 4.0 * bank.templates[0, 2 + 4] / bank.templates[0, 1]
+    templates = bank.templates[:2] * bank.units
+    low, high = (rows[0] / rows[1] for rows in templates)
+    predicted = low + 4.0 * templates[0, 2 + 4] / templates[0, 1]
     np.testing.assert_allclose(predicted, high, atol=0.1)
 
 

@@ -46,6 +46,46 @@ def test_a_slow_change_counts_as_soon_as_it_adds_up() -> None:
     assert max(0.25 * k - value for k, value in enumerate(said)) < 1.2
 
 
+def pictures(raised_mm: list[float], noise_mm: float = 0.05) -> list[int]:
+    """How many pictures a finger's average is of, in pictures in which it is raised that much."""
+    steady = Steady(STEP_MM)
+    seen = [steady.settle([ONE], a_picture(k, raised, noise_mm)) for k, raised in enumerate(raised_mm)]
+    return [one.pictures for (one,) in seen]
+
+
+def test_a_single_picture_in_which_a_known_finger_seems_to_have_moved_may_be_noise() -> None:
+    assert pictures([0.0] * 6 + [0.8] + [0.0] * 2) == [1, 2, 3, 4, 5, 6, 7, 8, 9]
+
+
+def test_two_such_pictures_are_none_nor_is_one_in_which_it_plainly_moved_or_that_comes_early() -> None:
+    assert pictures([0.0] * 6 + [0.8] * 3) == [1, 2, 3, 4, 5, 6, 7, 1, 2]
+    assert pictures([0.0] * 6 + [1.2] * 2) == [1, 2, 3, 4, 5, 6, 1, 2]
+    assert pictures([0.0] * 4 + [0.8] * 2) == [1, 2, 3, 4, 1, 2]
+
+
+def test_much_noise_alone_never_makes_a_finger_move() -> None:
+    assert pictures([0.0] * 300, noise_mm=0.55)[30:] == [30] * 270
+
+
+def test_a_fit_that_comes_out_elsewhere_on_a_finger_that_keeps_still_went_astray() -> None:
+    steady = Steady(STEP_MM)
+    for number in range(6):
+        steady.settle([ONE], a_picture(number))
+    (seen,) = steady.settle([replace(ONE, u=ONE.u - 10.0)], a_picture(6))
+    assert (seen.u, seen.v, seen.pictures, seen.shown) == (140.0, 230.0, 6, False)
+    (seen,) = steady.settle([ONE], a_picture(7))
+    assert (seen.u, seen.pictures, seen.shown) == (140.0, 7, True)
+
+
+def test_a_fit_beside_a_finger_that_keeps_still_or_on_one_that_moved_is_none_that_went_astray() -> None:
+    steady, beside, along = Steady(STEP_MM), replace(ONE, v=ONE.v + 10.0), replace(ONE, u=ONE.u - 10.0)
+    for number in range(6):
+        steady.settle([ONE], a_picture(number))
+    assert [seen.v for seen in steady.settle([beside, ONE], a_picture(6))] == pytest.approx([230.0, 240.0])
+    (seen,) = steady.settle([along], a_picture(7, raised_mm=5.0))
+    assert (seen.u, seen.pictures) == (130.0, 1)
+
+
 def test_how_many_pictures_an_average_is_of_is_said_and_bounded() -> None:
     steady = Steady(STEP_MM)
     counts = [steady.settle([ONE], a_picture(number))[0].pictures for number in range(40)]

@@ -105,7 +105,7 @@ class Fitter:
                 *(self._looked_up(tip, first, picture.box) for tip, first in zip(tips, bed.first, strict=True)),
                 strict=True,
             )
-            rows = self._bank.templates.take(at, axis=0).astype(np.float32)
+            rows = np.multiply(self._bank.templates.take(at, axis=0), self._bank.units)
             places = np.matmul(np.array(axes, np.float32), bed.places)
             u, v = places[:, 0], places[:, 1]
             if turn == 0:
@@ -126,7 +126,7 @@ class Fitter:
         scale = bisect(self._scales, pixel_mm)
         upright = len(self._leans) // 2  # the lean of a camera straight above
         at = self._of_lean[-1] * scale + self._of_lean[upright] + self._shape(upright, 0.6, 6.4, 0.0)
-        rows = self._bank.templates[at].astype(np.float32)
+        rows = self._bank.templates[at] * self._bank.units
         heights = (rows[0] + (np.array([0.6, 0.0, 6.4], np.float32) - self._bank.middles[at]) @ rows[5:]) / rows[1]
         along, across = self._bank.places_mm[scale]
         return float(np.interp(level_mm, heights[across == 0.0], along[across == 0.0]))

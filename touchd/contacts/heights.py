@@ -65,6 +65,11 @@ class Lay(NamedTuple):
         c, s = cos(angle), sin(angle)
         return self.u_by_x * c + self.u_by_y * s, self.v_by_x * c + self.v_by_y * s
 
+    def on_surface(self, du: float, dv: float) -> tuple[float, float]:
+        """Return how far on the surface, x and y in mm, a step in the picture leads."""
+        area = self.u_by_x * self.v_by_y - self.u_by_y * self.v_by_x
+        return (self.v_by_y * du - self.u_by_y * dv) / area, (self.u_by_x * dv - self.v_by_x * du) / area
+
     def angle_of(self, du: float, dv: float) -> float:
         """Return the direction on the surface that a step in the picture has."""
         # The inverse of a 2 x 2 matrix but for its determinant, which is above 0 and turns nothing.

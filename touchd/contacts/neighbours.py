@@ -86,7 +86,7 @@ def owned_samples(tips: Sequence[Tip], places_mm: Floats) -> Floats:
 
 def _way(tip: Tip, other: Tip) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
     """Return what takes a tip's along, across and 1 to another one's along and across."""
-    x_mm, y_mm = _offset_mm(tip, other)
+    x_mm, y_mm = tip.guess.lay.on_surface(other.u - tip.u, other.v - tip.v)
     c, s = cos(tip.angle - other.angle), sin(tip.angle - other.angle)
     their_c, their_s = cos(other.angle), sin(other.angle)
     return (c, -s, -x_mm * their_c - y_mm * their_s), (s, c, x_mm * their_s - y_mm * their_c)
@@ -106,17 +106,10 @@ def _pairs(tips: Sequence[Tip]) -> list[tuple[int, int]]:
 
 def _are_twins(tip: Tip, other: Tip) -> bool:
     """Return whether two tips, one before the other, are fitted to the same finger."""
-    x_mm, y_mm = _offset_mm(tip, other)
+    x_mm, y_mm = tip.guess.lay.on_surface(other.u - tip.u, other.v - tip.v)
     if x_mm * x_mm + y_mm * y_mm > _TWIN_MM * _TWIN_MM:
         return False
     return any(abs(y_mm * cos(angle) - x_mm * sin(angle)) < _ASIDE_MM for angle in (tip.angle, other.angle))
-
-
-def _offset_mm(tip: Tip, other: Tip) -> tuple[float, float]:
-    """Return where on the surface another tip lies, from one."""
-    lay, du, dv = tip.guess.lay, other.u - tip.u, other.v - tip.v
-    area = lay.u_by_x * lay.v_by_y - lay.u_by_y * lay.v_by_x
-    return (lay.v_by_y * du - lay.u_by_y * dv) / area, (lay.u_by_x * dv - lay.v_by_x * du) / area
 
 
 def _from_axis(along_mm: Floats, across_mm: Floats) -> Floats:

@@ -2,18 +2,19 @@
 
 Noise moves a fit from picture to picture, most of all where a finger is steep or far. Whether the picture itself has
 changed is far plainer, so what is fitted is averaged for as long as it has not, and begins anew once it has. That
-costs a moving finger nothing.
+costs a moving finger nothing. And a fit that comes out elsewhere on a finger around which the picture has not changed
+went astray.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot, pi, tau
+from math import cos, hypot, pi, sin, tau
 
 import cv2
 import numpy as np
 
 from touchd.contacts.fit import Picture
-from touchd.contacts.heights import Box, Bytes, Lay
+from touchd.contacts.heights import Box, Bytes, Lay, as_bytes
 from touchd.contacts.judge import Opinion
 from touchd.contacts.neighbours import paired
 from touchd.model import Floats
@@ -23,9 +24,14 @@ _SAME_MM = 8.0  # so near to where it was a fit is of the same finger
 _ALONE_MM = 10.0  # no two fingertips are nearer
 # The mean change of heights from which on a finger has moved, in raw steps: noise makes so much of itself, the more
 # the more steps high a finger's outlines are.
-_MOVED_STEPS, _MOVED_MM = 0.3, 0.45
+_MOVED_STEPS, _MOVED_MM = 0.3, 0.2
 _MOST_STEPS = 6.0  # what changes by more counts as this
+_COMPARED = 3  # pictures whose mean later ones are compared with
 _LONGEST = 30  # pictures that an average goes back
+_KNOWN = 5  # pictures after which a finger is known to keep still
+# Noise alone may change a picture by that much now and then; what is known to keep still moved if it is so much more.
+_PLAINLY = 1.4
+_ALONG_MM, _ACROSS_MM = 30.0, 6.0  # so far along and across such a finger a fit that went astray may come out
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,17 +80,36 @@ class Seen:
 
 @dataclass(frozen=True, slots=True)
 class _Still:
-    """A finger that has kept still: its average, and how the picture looked around it when it began to."""
+    """A finger that has kept still: its average, and how the picture looked around it when it began to.
+
+    ``heights_mm`` are the mean of so many ``compared`` pictures. ``doubted``: whether the last picture may have shown
+    that it moved.
+    """
 
     seen: Seen
     window: Box
     heights_mm: Floats
     readings: Bytes
+    compared: int = 1
+    doubted: bool = False
+
+    @property
+    def is_known(self) -> bool:
+        """Whether it has kept still for long enough to be sure of it."""
+        return self.seen.pictures >= _KNOWN
 
     def with_another(self, one: Seen) -> "_Still":
         """Return it with one more sighting in the average."""
-        seen = self.seen.towards(one, 1.0 / min(self.seen.pictures + 1, _LONGEST))
-        return _Still(seen, self.window, self.heights_mm, self.readings)
+        return replace(self, seen=self.seen.towards(one, 1.0 / min(self.seen.pictures + 1, _LONGEST)))
+
+    def compared_with(self, heights_mm: Floats, readings: Bytes) -> "_Still":
+        """Return it with what the picture shows around it now, where that and those before are ``readings``."""
+        if self.compared == _COMPARED:
+            return replace(self, doubted=False) if self.doubted else self
+        compared = self.compared + 1
+        mean_mm = self.heights_mm.copy()
+        np.add(mean_mm, (heights_mm - mean_mm) / np.float32(compared), out=mean_mm, where=readings > 0)
+        return replace(self, heights_mm=mean_mm, compared=compared, doubted=False)
 
     def unseen(self) -> "_Still":
         """Return it as it is after a picture that did not show it."""
@@ -107,25 +132,40 @@ class Steady:
         A finger that is not among those ``seen``, but looks in the picture as it did, is still where it was; unless
         one of those is so near that it must be the same.
         """
-        before = [still for still in self._still if self._looks_the_same(still, picture)]
+        before = [known for still in self._still if (known := self._if_same(still, picture)) is not None]
         limit_px = _SAME_MM / seen[0].lay.pixel_mm if seen else 0.0
         same = paired(_places(seen), _places([still.seen for still in before]), limit_px)
-        now = [before[same[i]].with_another(one) if i in same else _begun(one, picture) for i, one in enumerate(seen)]
         lasting = [still for i, still in enumerate(before) if i not in same.values()]
-        now = _apart(now)
+        resting = [still.seen for still in lasting if still.is_known]
+        now = _apart(
+            [
+                before[same[i]].with_another(one) if i in same else _begun(one, picture)
+                for i, one in enumerate(seen)
+                if i in same or not any(_is_astray(one, still) for still in resting)
+            ]
+        )
         shown = [still.seen for still in now]
         now += [still.unseen() for still in lasting if still.seen.pictures > 1 and not _is_among(still.seen, shown)]
         self._still = now
         return [still.seen for still in now]
 
-    def _looks_the_same(self, still: _Still, picture: Picture) -> bool:
+    def _if_same(self, still: _Still, picture: Picture) -> _Still | None:
+        """Return a finger with what the picture shows around it if that is as it was; None if it has moved.
+
+        The next picture tells whether one that is known to keep still has moved, unless this one does plainly.
+        """
         window = _within(still.window, picture.box)
         if window is None or not still.heights_mm.size:
-            return False
-        change_mm = cv2.absdiff(picture.heights_mm[window], still.heights_mm)
+            return None
+        heights_mm = picture.heights_mm[window]
+        change_mm = cv2.absdiff(heights_mm, still.heights_mm)
         cv2.threshold(change_mm, self._most_mm, 0.0, cv2.THRESH_TRUNC, dst=change_mm)
-        both = cv2.bitwise_and(picture.readings[window], still.readings)
-        return cv2.mean(change_mm, both)[0] < self._moved_mm
+        both = as_bytes(cv2.bitwise_and(picture.readings[window], still.readings))
+        changed_mm = cv2.mean(change_mm, both)[0]
+        if changed_mm < self._moved_mm:
+            return still.compared_with(heights_mm, both)
+        doubtful = still.is_known and not still.doubted and changed_mm < _PLAINLY * self._moved_mm
+        return replace(still, doubted=True) if doubtful else None
 
 
 def _begun(one: Seen, picture: Picture) -> _Still:
@@ -150,6 +190,13 @@ def _is_among(one: Seen, shown: Sequence[Seen]) -> bool:
     """Return whether one of those shown is at the same place."""
     alone_px = _ALONE_MM / one.lay.pixel_mm
     return any(hypot(one.u - other.u, one.v - other.v) < alone_px for other in shown)
+
+
+def _is_astray(one: Seen, still: Seen) -> bool:
+    """Return whether what was fitted is a finger that kept still elsewhere: farther along it, or too far ahead."""
+    x_mm, y_mm = still.lay.on_surface(one.u - still.u, one.v - still.v)
+    c, s = cos(still.angle), sin(still.angle)
+    return abs(x_mm * c + y_mm * s) < _ALONG_MM and abs(y_mm * c - x_mm * s) < _ACROSS_MM
 
 
 def _apart(stills: Sequence[_Still]) -> list[_Still]:

@@ -71,8 +71,6 @@ def _shape(tip: Tip, fitted: Fitted, quality: Quality, which: int) -> tuple[floa
 
 def _way(tip: Tip) -> tuple[float, float, float]:
     """Return how far along, across and in turn the fit went from where it began to be looked for."""
-    lay, du, dv = tip.guess.lay, tip.u - tip.guess.u, tip.v - tip.guess.v
-    area = lay.u_by_x * lay.v_by_y - lay.u_by_y * lay.v_by_x
-    x_mm, y_mm = (lay.v_by_y * du - lay.u_by_y * dv) / area, (lay.u_by_x * dv - lay.v_by_x * du) / area
+    x_mm, y_mm = tip.guess.lay.on_surface(tip.u - tip.guess.u, tip.v - tip.guess.v)
     c, s, turn = cos(tip.angle), sin(tip.angle), tip.angle - tip.guess.angle
     return (x_mm * c + y_mm * s) / 10.0, (y_mm * c - x_mm * s) / 10.0, 2.0 * sin(turn)
