@@ -24,7 +24,7 @@ _SAME_MM = 8.0  # so near to where it was a fit is of the same finger
 _ALONE_MM = 10.0  # no two fingertips are nearer
 # The mean change of heights from which on a finger has moved, in raw steps: noise makes so much of itself, the more
 # the more steps high a finger's outlines are.
-_MOVED_STEPS, _MOVED_MM = 0.3, 0.2
+_MOVED_STEPS, _MOVED_MM = 0.3, 0.45
 _MOST_STEPS = 6.0  # what changes by more counts as this
 _COMPARED = 3  # pictures whose mean later ones are compared with
 _LONGEST = 30  # pictures that an average goes back
