@@ -100,7 +100,8 @@ class _Still:
 
     def with_another(self, one: Seen) -> "_Still":
         """Return it with one more sighting in the average."""
-        return replace(self, seen=self.seen.towards(one, 1.0 / min(self.seen.pictures + 1, _LONGEST)))
+        seen = self.seen.towards(one, 1.0 / min(self.seen.pictures + 1, _LONGEST))
+        return _Still(seen, self.window, self.heights_mm, self.readings, self.compared, self.doubted)
 
     def compared_with(self, heights_mm: Floats, readings: Bytes) -> "_Still":
         """Return it with what the picture shows around it now, where that and those before are ``readings``."""
@@ -130,7 +131,8 @@ class Steady:
         """Return fingertips as they are on average for as long as they have kept still.
 
         A finger that is not among those ``seen``, but looks in the picture as it did, is still where it was; unless
-        one of those is so near that it must be the same.
+        one of those is so near that it must be the same. What is seen elsewhere on one known to keep still went astray,
+        and is left out.
         """
         before = [known for still in self._still if (known := self._if_same(still, picture)) is not None]
         limit_px = _SAME_MM / seen[0].lay.pixel_mm if seen else 0.0
