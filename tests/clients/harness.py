@@ -234,7 +234,10 @@ def free_udp_port() -> int:
             except OSError:
                 continue
             return port
-    raise OSError("Every UDP port below those that the kernel gives away was used: run fewer tests at a time.")
+    raise OSError(
+        f"No UDP port is left between {LOWEST_PORT} and those that the kernel gives away: "
+        "run fewer tests at a time, or let those begin higher (net.ipv4.ip_local_port_range)."
+    )
 
 
 @cache

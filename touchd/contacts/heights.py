@@ -70,6 +70,11 @@ class Lay(NamedTuple):
         area = self.u_by_x * self.v_by_y - self.u_by_y * self.v_by_x
         return (self.v_by_y * du - self.u_by_y * dv) / area, (self.u_by_x * dv - self.v_by_x * du) / area
 
+    def seen_from(self, angle: float, du: float, dv: float) -> tuple[float, float]:
+        """Return the same along a direction of the surface and across it, in mm."""
+        (x_mm, y_mm), c, s = self.on_surface(du, dv), cos(angle), sin(angle)
+        return x_mm * c + y_mm * s, y_mm * c - x_mm * s
+
     def angle_of(self, du: float, dv: float) -> float:
         """Return the direction on the surface that a step in the picture has."""
         # The inverse of a 2 x 2 matrix but for its determinant, which is above 0 and turns nothing.

@@ -134,7 +134,7 @@ def _pitches(lean: float) -> tuple[float, ...]:
 def _in_units(parts: list[Floats]) -> tuple[Shorts, Floats]:
     """Return templates (T, 8, S) as whole numbers, and what one is worth in each of the eight (8, 1).
 
-    They take half the room, and are floats again in a quarter of the time that half-precision ones take.
+    They take half the room of floats, as half-precision ones do, and are floats again in less than half of their time.
     """
     units = np.max([np.abs(part).max(axis=(0, 2)) for part in parts], axis=0)[:, None] / np.float32(_LARGEST)
     return np.concatenate([np.rint(part / units).astype(np.int16) for part in parts]), units

@@ -8,7 +8,7 @@ went astray.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import cos, hypot, pi, sin, tau
+from math import hypot, pi, tau
 
 import cv2
 import numpy as np
@@ -195,10 +195,9 @@ def _is_among(one: Seen, shown: Sequence[Seen]) -> bool:
 
 
 def _is_astray(one: Seen, still: Seen) -> bool:
-    """Return whether what was fitted is a finger that kept still elsewhere: farther along it, or too far ahead."""
-    x_mm, y_mm = still.lay.on_surface(one.u - still.u, one.v - still.v)
-    c, s = cos(still.angle), sin(still.angle)
-    return abs(x_mm * c + y_mm * s) < _ALONG_MM and abs(y_mm * c - x_mm * s) < _ACROSS_MM
+    """Return whether what was fitted is a finger that keeps still, found too far ahead or back along it."""
+    along_mm, across_mm = still.lay.seen_from(still.angle, one.u - still.u, one.v - still.v)
+    return abs(along_mm) < _ALONG_MM and abs(across_mm) < _ACROSS_MM
 
 
 def _apart(stills: Sequence[_Still]) -> list[_Still]:

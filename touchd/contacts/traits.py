@@ -71,6 +71,5 @@ def _shape(tip: Tip, fitted: Fitted, quality: Quality, which: int) -> tuple[floa
 
 def _way(tip: Tip) -> tuple[float, float, float]:
     """Return how far along, across and in turn the fit went from where it began to be looked for."""
-    x_mm, y_mm = tip.guess.lay.on_surface(tip.u - tip.guess.u, tip.v - tip.guess.v)
-    c, s, turn = cos(tip.angle), sin(tip.angle), tip.angle - tip.guess.angle
-    return (x_mm * c + y_mm * s) / 10.0, (y_mm * c - x_mm * s) / 10.0, 2.0 * sin(turn)
+    along_mm, across_mm = tip.guess.lay.seen_from(tip.angle, tip.u - tip.guess.u, tip.v - tip.guess.v)
+    return along_mm / 10.0, across_mm / 10.0, 2.0 * sin(tip.angle - tip.guess.angle)
