@@ -182,6 +182,18 @@ class Contact:
 
 
 @dataclass(frozen=True, slots=True)
+class Unseen:
+    """Touches of which no contact tells that they last, nor anything that they ended; expected ones, counted from 0.
+
+    ``hidden``: by something far above, such as another arm. ``standing``: something as low as a finger that touches is
+    still there.
+    """
+
+    hidden: frozenset[int] = frozenset()
+    standing: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True, slots=True)
 class Cursor:
     """A touch over time. Velocities are in area axes a second, ``accel`` in area axes a second squared, as in TUIO."""
 

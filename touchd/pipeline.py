@@ -102,7 +102,8 @@ class Pipeline:
             return TouchFrame(frame.index, frame.t_ns, State.PAUSED, why=living.why)
         raw = hands.cleared(frame.raw, ready.surface.reference if living is None else living.reference)
         seen = self._seen(ready, hands, ready.method.find(raw, self._tracker.expected_mm(frame.t_ns)))
-        touches = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, self._hovers.air(seen.hovers))
+        air = self._hovers.air(seen.hovers)
+        touches = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, air, seen.unseen)
         airborne = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
         cursors, hovers = hands.owned(touches, airborne)
         return TouchFrame(

@@ -12,7 +12,7 @@ import pytest
 from touchd.lab.scenes import LONG_SCENES, LabScene, TrueThing, TrueTip, TruthFrame, lab_scene
 from touchd.lab.scenes.handling import TOUCHABLE_AFTER_S
 from touchd.lab.scenes.living import EMPTY_MS
-from touchd.table.scene import Capsule, Hand
+from touchd.table.scene import Capsule, Hand, Point
 
 THINGS = ("phone", "cup", "book", "paper", "laptop")
 HEIGHTS = (750.0, 1500.0)
@@ -254,6 +254,34 @@ def test_a_resting_forearm_lies_on_the_table_for_a_minute_while_both_hands_touch
     rise = of.empty_depth(middle).depth_mm - of.true_depth(middle).depth_mm
     low = cv2.erode(((rise > 15.0) & (rise < 110.0)).astype(np.uint8), np.ones((15, 15), np.uint8))
     assert int(low.sum()) > 2000  # a broad thing that rises no higher than an arm that lies
+
+
+@pytest.mark.parametrize("seed", [404, 502])
+def test_no_finger_draws_through_the_arm_that_rests(seed: int) -> None:
+    of = scene("forearm", seed=seed)
+    begin_ns = of.frame(of.calibration_frames).t_ns
+    ways = 0
+    for frame in truths("forearm", seed=seed)[::3]:
+        for tip in (tip for tip in touching(frame) if tip.hand == 1):
+            resting = min(of.play.hands(frame.t_ns - begin_ns), key=elbow_mm)
+            assert off_limbs_mm(resting, (tip.x_mm, tip.y_mm, tip.z_mm)) > 40.0
+            ways += tip.speed_mm_s > 100.0
+    assert ways > 50
+
+
+def elbow_mm(hand: Hand) -> float:
+    """Return how high the thicker end is of the limb behind the wrist."""
+    return min(solid.b_mm[2] for solid in hand.solids if isinstance(solid, Capsule) and solid.radius_b_mm > 30.0)
+
+
+def off_limbs_mm(hand: Hand, place: Point) -> float:
+    """Return how far a place is from the surface of the nearest limb or finger."""
+    limbs = [solid for solid in hand.solids if isinstance(solid, Capsule)]
+    a, b = (np.array([getattr(limb, end) for limb in limbs]) for end in ("a_mm", "b_mm"))
+    way, off = b - a, np.array(place) - a
+    along = np.clip(np.sum(off * way, axis=1) / np.maximum(np.sum(way * way, axis=1), 1e-9), 0.0, 1.0)
+    thin, thick = (np.array([getattr(limb, end) for limb in limbs]) for end in ("radius_a_mm", "radius_b_mm"))
+    return float(np.min(np.linalg.norm(off - along[:, None] * way, axis=1) - thin - along * (thick - thin)))
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)

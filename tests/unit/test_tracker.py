@@ -1,12 +1,13 @@
 from math import cos, sin
 
 import pytest
-from touchd.model import Contact, Cursor
+from touchd.model import Contact, Cursor, Unseen
 from touchd.tracking.settings import TrackingSettings
 from touchd.tracking.tracker import Tracker
 
 AREA_MM = (600.0, 400.0)
 FRAME_NS = 33_333_333
+ALL_SEEN = Unseen()
 
 
 def contact(x_mm: float, y_mm: float, firm: bool = True) -> Contact:
@@ -27,9 +28,9 @@ class Table:
         self.tracker = Tracker(TrackingSettings(), AREA_MM)
         self.t_ns = 0
 
-    def see(self, *contacts: Contact) -> list[Cursor]:
+    def see(self, *contacts: Contact, unseen: Unseen = ALL_SEEN) -> list[Cursor]:
         self.t_ns += FRAME_NS
-        return list(self.tracker.step(contacts, self.t_ns))
+        return list(self.tracker.step(contacts, self.t_ns, unseen=unseen))
 
 
 @pytest.fixture
@@ -151,6 +152,70 @@ def test_a_finger_above_the_surface_somewhere_else_ends_no_touch(table: Table) -
     table.t_ns += FRAME_NS
     (cursor,) = table.tracker.step([], table.t_ns, lifted_mm=[(340.0, 200.0)])
     assert cursor.session_id == 1
+
+
+HIDDEN, STANDING = Unseen(hidden=frozenset({0})), Unseen(standing=frozenset({0}))
+
+
+def resting(table: Table) -> Cursor:
+    """Let a finger rest for a while and return its cursor."""
+    for _ in range(5):
+        (cursor,) = table.see(contact(300, 200))
+    return cursor
+
+
+def test_a_resting_touch_that_something_hides_stays_where_it_was_and_is_the_same_one_after(table: Table) -> None:
+    before = resting(table)
+    for _ in range(14):
+        (held,) = table.see(unseen=HIDDEN)
+        assert (held.session_id, held.x, held.y) == (before.session_id, before.x, before.y)
+    table.see()  # the picture in which the arm has passed and the finger is not made out yet
+    assert [c.session_id for c in table.see(contact(303, 200))] == [before.session_id]
+
+
+def test_a_touch_that_stays_hidden_ends_after_half_a_second(table: Table) -> None:
+    resting(table)
+    lasted = sum(bool(table.see(unseen=HIDDEN)) for _ in range(60))
+    assert 14 <= lasted <= 17
+
+
+def test_a_touch_ends_as_ever_once_it_is_hidden_no_more_and_not_there(table: Table) -> None:
+    resting(table)
+    table.see(unseen=HIDDEN)
+    assert len(table.see()) == 1
+    assert table.see() == []
+
+
+def test_a_moving_touch_is_not_waited_for_as_nobody_knows_where_it_went(table: Table) -> None:
+    for step in range(10):
+        table.see(contact(100 + 10.0 * step, 200))
+    table.see(unseen=HIDDEN)
+    assert table.see(unseen=HIDDEN) == []
+
+
+def test_what_is_seen_above_a_hidden_touch_is_no_lifted_finger_of_it(table: Table) -> None:
+    resting(table)
+    table.t_ns += FRAME_NS
+    assert len(table.tracker.step([], table.t_ns, lifted_mm=[(300.0, 200.0)], unseen=HIDDEN)) == 1
+
+
+def test_other_touches_are_not_hidden_with_one(table: Table) -> None:
+    for _ in range(5):
+        table.see(contact(100, 200), contact(300, 200))
+    for _ in range(3):
+        cursors = table.see(unseen=HIDDEN)
+    assert [c.session_id for c in cursors] == [1]
+
+
+def test_a_touch_outlives_its_contact_by_three_frames_where_a_finger_is_still_seen(table: Table) -> None:
+    resting(table)
+    assert [len(table.see(unseen=STANDING)) for _ in range(4)] == [1, 1, 1, 0]
+
+
+def test_a_finger_seen_to_lift_ends_its_touch_though_something_low_is_there(table: Table) -> None:
+    resting(table)
+    table.t_ns += FRAME_NS
+    assert table.tracker.step([], table.t_ns, lifted_mm=[(300.0, 200.0)], unseen=STANDING) == ()
 
 
 def test_touches_are_expected_where_they_move_to(table: Table) -> None:

@@ -24,8 +24,9 @@ from touchd.contacts.steady import Seen, Steady
 from touchd.contacts.things import Things
 from touchd.contacts.tips import Tip
 from touchd.contacts.traits import traits
+from touchd.contacts.unseen import UnseenTouches
 from touchd.geometry import AreaMap
-from touchd.model import Contact, Floats, Image16, SurfaceRows
+from touchd.model import Contact, Floats, Image16, SurfaceRows, Unseen
 
 # Outlines are drawn at two heights, each grown by so many raw steps.
 _LEVELS_MM, _LEVELS_STEPS = (5.0, 10.0), (0.4, 0.9)
@@ -82,6 +83,7 @@ class FingertipMethod:
         self._walk = _walk_for(pixel_mm, place.surface.sensor.fatten_px)
         ahead_px = [self._fitter.reach_mm(pixel_mm, level) / pixel_mm for level in levels_mm]
         self._starts = Starts(self._heights, place, ahead_px, pixel_mm)
+        self._unseen_touches = UnseenTouches(self._heights, pixel_mm, step_mm)
 
     def find(self, raw: Image16, expected: Sequence[Expected]) -> Sighting:
         """Return the touching fingertips in one picture (H, W) uint16, and where others hover."""
@@ -89,7 +91,7 @@ class FingertipMethod:
         if found is None:
             self._steady = Steady(self._step_mm)
             self._beliefs.update([])
-            return Sighting([])
+            return Sighting([], unseen=self._unseen(raw, expected))
         opinions = self._judge.opinions(found.traits) if found.tips else []
         # What went astray is begun anew in the next picture, lest it wander on.
         self._memory.keep([tip for tip, said in zip(found.tips, opinions, strict=True) if said.finger_odds > _FINGER])
@@ -99,6 +101,8 @@ class FingertipMethod:
         sighting = Sighting([], [place_mm for belief in beliefs if (place_mm := self._lifted_mm(belief)) is not None])
         for one, said in self._apart(standing, [belief.said for belief in beliefs]):
             self._tell(one, said, sighting)
+        if len(sighting.contacts) < len(expected):
+            return replace(sighting, unseen=self._unseen(raw, expected))
         return sighting
 
     def follow(self, now: SurfaceRows) -> None:
@@ -174,6 +178,9 @@ class FingertipMethod:
             return None
         kept_still = hypot(*before.way_px) * self._pixel_mm < _STILL_MM + _STILL_STEPS * self._step_mm
         return before.standing.rest_mm if kept_still else None
+
+    def _unseen(self, raw: Image16, expected: Sequence[Expected]) -> Unseen:
+        return self._unseen_touches.among(raw, [self._starts.place_px(x_mm, y_mm) for x_mm, y_mm in expected])
 
     def _tell(self, one: Standing, said: Said, sighting: Sighting) -> None:
         """Add one fingertip to what is said of the picture."""

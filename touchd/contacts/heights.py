@@ -204,6 +204,14 @@ class Heights:
             np.copyto(heights, _LOW_MM, where=readings == 0)
         return heights, as_bytes(readings)
 
+    def around(self, raw: Image16, u: float, v: float, reach_px: float) -> tuple[Floats, int]:
+        """Return the heights in mm (N,) of all readings in a square around a pixel, and how many pixels it has."""
+        rows, columns = (slice(max(int(at - reach_px), 0), max(int(at + reach_px) + 1, 0)) for at in (v, u))
+        seen = raw[rows, columns]
+        least, most = self._readable
+        heights = (self._reference[rows, columns] - seen) * self._gain[rows, columns]
+        return heights[(seen >= least) & (seen <= most)], seen.size
+
     def lay(self, u: float, v: float) -> Lay:
         """Return how the surface lies under a pixel."""
         rows, columns = self._lay.shape[:2]

@@ -6,10 +6,11 @@ from typing import Protocol, TypeAlias, runtime_checkable
 
 from touchd.contacts.settings import BlobSettings
 from touchd.geometry import AreaMap, SurfaceMap
-from touchd.model import Contact, Image16, Mask, Shell, Surface, SurfaceRows
+from touchd.model import Contact, Image16, Mask, Shell, Surface, SurfaceRows, Unseen
 
 # Where a live touch should be by now: x and y in mm of the area.
 Expected: TypeAlias = tuple[float, float]
+_ALL_SEEN = Unseen()
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,12 +20,13 @@ class Sighting:
     A contact that is not ``firm`` continues a touch but begins none. ``lifted_mm`` are places (x, y in mm of the area)
     where a finger is seen that surely does not touch, or where one touched that has lifted: a touch there need not be
     waited for. ``hovers`` are fingertips that are seen well and do not touch, none of them firm; ``height_mm`` is the
-    gap below each.
+    gap below each. ``unseen``: of which of the expected touches it tells nothing that they were not found.
     """
 
     contacts: list[Contact]
     lifted_mm: list[tuple[float, float]] = field(default_factory=list)
     hovers: list[Contact] = field(default_factory=list)
+    unseen: Unseen = _ALL_SEEN
 
 
 class ContactMethod(Protocol):

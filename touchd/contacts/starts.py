@@ -88,11 +88,15 @@ class Starts:
         seen: list[list[float]] = _sampled(smooth, np.array([places, behind], np.float32)).tolist()
         return [max(here, back - _RISES_MM) for here, back in zip(*seen, strict=True)]
 
-    def _wanted_px(self, x_mm: float, y_mm: float, box: Box) -> list[float]:
-        """Return where in the box the ball's centre of an expected touch should be seen."""
+    def place_px(self, x_mm: float, y_mm: float) -> tuple[float, float]:
+        """Return where in the picture a place of the area is seen."""
         x, y = x_mm / self._size_mm[0], y_mm / self._size_mm[1]
         u, v, scale = (a * x + b * y + c for a, b, c in self._to_ideal)
-        u, v = distort_pixel(self._intrinsics, u / scale, v / scale)
+        return distort_pixel(self._intrinsics, u / scale, v / scale)
+
+    def _wanted_px(self, x_mm: float, y_mm: float, box: Box) -> list[float]:
+        """Return where in the box the ball's centre of an expected touch should be seen."""
+        u, v = self.place_px(x_mm, y_mm)
         lay = self._heights.lay(u, v)
         return [u + lay.u_by_z * _RADIUS_MM - box.left, v + lay.v_by_z * _RADIUS_MM - box.top]
 

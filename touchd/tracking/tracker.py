@@ -5,7 +5,7 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from touchd.model import Contact, Cursor
+from touchd.model import Contact, Cursor, Unseen
 from touchd.tracking.assignment import assign
 from touchd.tracking.filters import OneEuro
 from touchd.tracking.handover import Air, Ground, Path
@@ -21,7 +21,11 @@ _TURNS = 0.5
 _COASTS_ABOVE_MM_S = 200.0
 # Of gate_mm: how near to a touch's last or expected place a lifted finger must be seen to be its own.
 _LIFTED_SHARE = 0.2
+# A finger that keeps still is waited for so long while something hides it: an arm that reaches across is gone by then.
+_WAITS_BELOW_MM_S, _WAITS_NS = 30.0, 500_000_000
+_STANDING_SHARE = 2.3  # of coast_ms, that a touch outlives its contact where something like its finger is still seen
 _NOTHING = Air()
+_ALL_SEEN = Unseen()
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +33,7 @@ class Track:
     """A live touch: what was last seen of it, where it is now, and the cursor that says so.
 
     ``once``: whether only one picture has shown it, in the air or on the surface, so that its speed is not known.
+    ``hidden_ns``: when it was last hidden by something above it.
     """
 
     cursor: Cursor
@@ -36,6 +41,7 @@ class Track:
     filtered: OneEuro
     seen_ns: int
     once: bool = False
+    hidden_ns: int = 0
 
     def expected_mm(self, t_ns: int) -> tuple[float, float]:
         """Return where the touch should be by now if it kept its speed."""
@@ -79,21 +85,23 @@ class Tracker:
         t_ns: int,
         lifted_mm: Sequence[tuple[float, float]] = (),
         air: Air = _NOTHING,
+        unseen: Unseen = _ALL_SEEN,
     ) -> tuple[Cursor, ...]:
         """Take in one frame's contacts (in any order) and return the touches that are alive after it.
 
         ``lifted_mm``: places (x, y) where a finger was seen off the surface; a touch there ends at once. ``air``: what
-        hovered, as a touch goes on with the way of the hover that it was.
+        hovered, as a touch goes on with the way of the hover that it was. ``unseen``: which of the touches in the order
+        of :meth:`expected_mm` may go on though they have no contact.
         """
         ordered = sorted(contacts, key=_place)
         pairs = self._match(ordered, t_ns)
         followed = {row: self._follow(self._tracks[row], ordered[column], t_ns) for row, column in pairs}
-        coasting = {
-            row: self._coast(track, t_ns)
+        missed = {
+            row: self._missed(track, t_ns, lifted_mm, row in unseen.hidden, row in unseen.standing)
             for row, track in enumerate(self._tracks)
-            if row not in followed and not self._is_lifted(track, t_ns, lifted_mm)
+            if row not in followed
         }
-        kept = [followed.get(row) or coasting.get(row) for row in range(len(self._tracks))]
+        kept = [followed.get(row) or missed.get(row) for row in range(len(self._tracks))]
         taken = {column for _, column in pairs}
         fresh = [c for column, c in enumerate(ordered) if column not in taken and self._may_begin(c)]
         self._ended = [track for track, now in zip(self._tracks, kept, strict=True) if now is None]
@@ -153,9 +161,19 @@ class Tracker:
         cursor = self._moved(track.cursor, filtered.x_mm, filtered.y_mm, contact, t_ns)
         return Track(cursor, contact, filtered, t_ns)
 
-    def _coast(self, track: Track, t_ns: int) -> Track | None:
-        if t_ns - track.seen_ns > self._settings.coast_ms * 1e6:
+    def _missed(
+        self, track: Track, t_ns: int, lifted_mm: Sequence[tuple[float, float]], is_hidden: bool, is_standing: bool
+    ) -> Track | None:
+        """Return a touch that has no contact as it goes on, None where it ends."""
+        if is_hidden and track.speed_mm_s < _WAITS_BELOW_MM_S and t_ns - track.seen_ns < _WAITS_NS:
+            rest = OneEuro(track.filtered.x_mm, track.filtered.y_mm)
+            return self._coast(replace(track, filtered=rest, hidden_ns=t_ns), t_ns)
+        coast_ns = self._settings.coast_ms * (_STANDING_SHARE if is_standing else 1.0) * 1e6
+        if t_ns - max(track.seen_ns, track.hidden_ns) > coast_ns or self._is_lifted(track, t_ns, lifted_mm):
             return None
+        return self._coast(track, t_ns)
+
+    def _coast(self, track: Track, t_ns: int) -> Track:
         if track.speed_mm_s > _COASTS_ABOVE_MM_S:
             x_mm, y_mm = track.expected_mm(t_ns)
         else:

@@ -18,8 +18,11 @@ from touchd.table.scene import Place
 _REST_MS = 61_000.0
 _WRITING_LIFT_MM = 12.0
 _CLEAR_OF_ARM_MM = 150.0
+_LOOKED_AT = 25  # places along a way
 _HELD_MS, _SWAY_MM = 600_000.0, 0.45
 _LOWEST_MM, _HIGHEST_MM = 8.0, 36.0  # of hovers at 0.75 m; touchd follows them up to 40 mm
+
+Line = tuple[Place, Place]  # from one place to another
 
 
 def forearm(room: Room) -> Cast:
@@ -76,29 +79,40 @@ def _write_on(room: Room, home: Place, way: Way) -> None:
     lift(room, way, 250.0)
 
 
-def _work_beside(room: Room, arm: tuple[Place, Place], way: Way) -> None:
+def _work_beside(room: Room, arm: Line, way: Way) -> None:
     while way.now_ms < _REST_MS - 5000.0:
         for _ in range(3):
             fly_to(way, _off_the_arm(room, arm))
             touch_once(room, way, room.between(80.0, 400.0))
         fly_to(way, _off_the_arm(room, arm))
         press(way, 120.0)
-        way.draw(way.here.moved(_off_the_arm(room, arm)), room.between(150.0, 400.0))
+        way.draw(way.here.moved(_beside_the_arm(room, arm, way.here.at_mm)), room.between(150.0, 400.0))
         lift(room, way)
         way.stay(room.between(300.0, 1500.0))
 
 
-def _off_the_arm(room: Room, arm: tuple[Place, Place]) -> Place:
-    """Return a place on the free side of the table, off the line along which an arm lies, or the farthest of many."""
+def _off_the_arm(room: Room, arm: Line) -> Place:
+    """Return a place off the line along which an arm lies."""
+    return _clear(room, lambda at: _off_line(at, arm))
+
+
+def _beside_the_arm(room: Room, arm: Line, begin: Place) -> Place:
+    """Return a place to which a straight way leads past the arm, as no finger draws through it."""
+    return _clear(room, lambda at: min(_off_line(point, arm) for point in _straight(begin, at)))
+
+
+def _clear(room: Room, off_mm: Callable[[Place], float]) -> Place:
+    """Return a place that is clear of an arm, or the farthest of many."""
     tries = [anywhere(room) for _ in range(20)]
-    return next((at for at in tries if _off_line(at, arm) > _CLEAR_OF_ARM_MM), max(tries, key=_from_line(arm)))
+    return next((at for at in tries if off_mm(at) > _CLEAR_OF_ARM_MM), max(tries, key=off_mm))
 
 
-def _from_line(arm: tuple[Place, Place]) -> Callable[[Place], float]:
-    return lambda at: _off_line(at, arm)
+def _straight(begin: Place, end: Place) -> list[Place]:
+    shares = np.linspace(0.0, 1.0, _LOOKED_AT).tolist()
+    return [(begin[0] + t * (end[0] - begin[0]), begin[1] + t * (end[1] - begin[1])) for t in shares]
 
 
-def _off_line(at: Place, arm: tuple[Place, Place]) -> float:
+def _off_line(at: Place, arm: Line) -> float:
     """Return how far a place is from the line between two others."""
     (ax, ay), (bx, by) = arm
     length = dist(*arm)
