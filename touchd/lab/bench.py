@@ -133,7 +133,7 @@ def time_stages(scene: Scene, frames: Iterator[Frame]) -> Times:
         begun_ns = time.perf_counter_ns()
         seen = ready.method.find(frame.raw, tracker.expected_mm(frame.t_ns))
         found_ns = times.add("contacts", begun_ns)
-        tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm)
+        tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, unseen=seen.unseen)
         times.add("track", found_ns)
     return times
 

@@ -97,9 +97,7 @@ class Tracker:
         pairs = self._match(ordered, t_ns)
         followed = {row: self._follow(self._tracks[row], ordered[column], t_ns) for row, column in pairs}
         missed = {
-            row: self._missed(track, t_ns, lifted_mm, row in unseen.hidden, row in unseen.standing)
-            for row, track in enumerate(self._tracks)
-            if row not in followed
+            row: self._missed(row, t_ns, lifted_mm, unseen) for row in range(len(self._tracks)) if row not in followed
         }
         kept = [followed.get(row) or missed.get(row) for row in range(len(self._tracks))]
         taken = {column for _, column in pairs}
@@ -161,14 +159,13 @@ class Tracker:
         cursor = self._moved(track.cursor, filtered.x_mm, filtered.y_mm, contact, t_ns)
         return Track(cursor, contact, filtered, t_ns)
 
-    def _missed(
-        self, track: Track, t_ns: int, lifted_mm: Sequence[tuple[float, float]], is_hidden: bool, is_standing: bool
-    ) -> Track | None:
-        """Return a touch that has no contact as it goes on, None where it ends."""
-        if is_hidden and track.speed_mm_s < _WAITS_BELOW_MM_S and t_ns - track.seen_ns < _WAITS_NS:
+    def _missed(self, row: int, t_ns: int, lifted_mm: Sequence[tuple[float, float]], unseen: Unseen) -> Track | None:
+        """Return one of the touches that has no contact as it goes on, None where it ends."""
+        track = self._tracks[row]
+        if row in unseen.hidden and track.speed_mm_s < _WAITS_BELOW_MM_S and t_ns - track.seen_ns < _WAITS_NS:
             rest = OneEuro(track.filtered.x_mm, track.filtered.y_mm)
             return self._coast(replace(track, filtered=rest, hidden_ns=t_ns), t_ns)
-        coast_ns = self._settings.coast_ms * (_STANDING_SHARE if is_standing else 1.0) * 1e6
+        coast_ns = self._settings.coast_ms * (_STANDING_SHARE if row in unseen.standing else 1.0) * 1e6
         if t_ns - max(track.seen_ns, track.hidden_ns) > coast_ns or self._is_lifted(track, t_ns, lifted_mm):
             return None
         return self._coast(track, t_ns)
