@@ -185,8 +185,8 @@ class Contact:
 class Unseen:
     """Touches of which no contact tells that they last, nor anything that they ended; expected ones, counted from 0.
 
-    ``hidden``: by something far above, such as another arm. ``standing``: something as low as a finger that touches is
-    still there.
+    ``hidden``: by something far above, such as another arm. ``standing``: beside others, where something as low as a
+    finger that touches is still there.
     """
 
     hidden: frozenset[int] = frozenset()

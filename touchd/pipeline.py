@@ -105,7 +105,7 @@ class Pipeline:
         air = self._hovers.air(seen.hovers)
         touches = self._tracker.step(seen.contacts, frame.t_ns, seen.lifted_mm, air, seen.unseen)
         airborne = self._hovers.step(seen.hovers, frame.t_ns, self._tracker.ground)
-        cursors, hovers = hands.owned(touches, airborne)
+        cursors, hovers = hands.owned(touches, airborne, self._tracker.hidden_ids)
         return TouchFrame(
             index=frame.index,
             t_ns=frame.t_ns,
@@ -207,6 +207,7 @@ class Pipeline:
             found,
             contacts=[replace(contact, firm=False) for contact in contacts] if doubtful else contacts,
             hovers=hands.admitted(found.hovers),
+            unseen=replace(found.unseen, hidden=hands.under_others(found.unseen.hidden, self._tracker.cursors)),
         )
         return seen if self._settings.eye is None else aimed(seen, self._settings.eye, ready.area.size_mm)
 

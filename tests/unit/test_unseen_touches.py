@@ -2,12 +2,11 @@
 
 import pytest
 from touchd.contacts.fingertip import FingertipMethod
-from touchd.model import Unseen
+from touchd.model import TouchFrame, Unseen
 from touchd.table.scene import Block, Capsule, Hand
 
 from living_tables import AT_MM, Desk, cursor_counts, finger
 
-ELSEWHERE_MM = (-150.0, -100.0)
 HEIGHTS = [750.0, 1500.0]
 
 
@@ -22,13 +21,14 @@ def block(high_mm: float) -> Hand:
     return Hand((Block((*AT_MM, 0.0), (50.0, 50.0, high_mm)),), ())
 
 
-def told(height_mm: float, *hands: Hand) -> Unseen:
-    """What is told of touches at the place and elsewhere with these hands over the table."""
+def told(height_mm: float, *hands: Hand, apart_mm: float = 200.0) -> Unseen:
+    """What is told of touches at the place and another one so far beside it, with these hands over the table."""
     desk = Desk(height_mm)
     ready = desk.pipeline.ready
     assert ready is not None
     width_mm, depth_mm = ready.area.size_mm
-    expected = [(x + width_mm / 2, y + depth_mm / 2) for x, y in (AT_MM, ELSEWHERE_MM)]
+    x_mm, y_mm = AT_MM[0] + width_mm / 2, AT_MM[1] + depth_mm / 2
+    expected = [(x_mm, y_mm), (x_mm - apart_mm, y_mm)]
     return FingertipMethod(ready.place).find(desk.frame(hands).raw, expected).unseen
 
 
@@ -47,39 +47,60 @@ def test_an_arm_too_near_for_the_sensor_hides_nothing_as_it_is_not_known_to_be_o
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)
-def test_what_is_as_low_as_a_finger_still_stands_there(height_mm: float) -> None:
-    assert told(height_mm, block(high_mm=15.0)) == Unseen(standing=frozenset({0}))
+def test_beside_another_touch_what_is_as_low_as_a_finger_still_stands_there(height_mm: float) -> None:
+    assert told(height_mm, block(high_mm=15.0), apart_mm=40.0) == Unseen(standing=frozenset({0}))
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+def test_a_touch_alone_that_is_not_found_has_ended(height_mm: float) -> None:
+    assert told(height_mm, block(high_mm=15.0)) == Unseen()
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)
 @pytest.mark.parametrize("high_mm", [3.0, 50.0])
 def test_what_is_lower_or_higher_than_a_finger_is_none(height_mm: float, high_mm: float) -> None:
-    assert told(height_mm, block(high_mm)) == Unseen()
+    assert told(height_mm, block(high_mm), apart_mm=40.0) == Unseen()
+
+
+def reach_across(desk: Desk, begin_mm: int, end_mm: int, *hands: Hand) -> list[TouchFrame]:
+    """Let an arm pass at 0.9 m/s while other hands do not move."""
+    return [frame for x_mm in range(begin_mm, end_mm, -30) for frame in desk.play(1, arm_across(x_mm), *hands)]
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)
 def test_a_finger_that_rests_while_an_arm_reaches_across_is_one_touch(height_mm: float) -> None:
     desk = Desk(height_mm)
     desk.play(12, finger())
-    frames = [frame for x_mm in range(300, -220, -40) for frame in desk.play(1, finger(), arm_across(x_mm))]
-    frames += desk.play(6, finger())
-    assert [len(frame.cursors) for frame in frames] == [1] * 19
-    assert {cursor.session_id for frame in frames for cursor in frame.cursors} == {1}
+    frames = reach_across(desk, 330, -200, finger()) + desk.play(6, finger())
+    assert [[cursor.session_id for cursor in frame.cursors] for frame in frames] == [[1]] * 24
     assert {cursor.hand for frame in frames for cursor in frame.cursors} == {1}
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)
-def test_a_finger_that_was_lifted_under_the_arm_has_ended_soon_after(height_mm: float) -> None:
+def test_a_finger_that_was_lifted_under_the_arm_has_ended_when_the_arm_has_passed(height_mm: float) -> None:
     desk = Desk(height_mm)
     desk.play(12, finger())
-    desk.play(6, arm_across())
-    assert cursor_counts(desk.play(4))[1:] == [0, 0, 0]
+    assert cursor_counts(reach_across(desk, 330, 50, finger()))[-1] == 1
+    reach_across(desk, 50, -80)
+    assert cursor_counts(desk.play(3)) == [0, 0, 0]
 
 
 @pytest.mark.parametrize("height_mm", HEIGHTS)
 def test_no_touch_lasts_for_more_than_half_a_second_under_an_arm(height_mm: float) -> None:
     desk = Desk(height_mm)
     desk.play(12, finger())
-    counts = cursor_counts(desk.play(30, arm_across()))
+    reach_across(desk, 330, 50, finger())
+    counts = cursor_counts(desk.play(30, arm_across(), finger()))
     assert counts == sorted(counts, reverse=True)
     assert 12 <= sum(counts) <= 17
+
+
+@pytest.mark.parametrize("height_mm", HEIGHTS)
+@pytest.mark.parametrize("aside_mm", [-70.0, 0.0, 70.0])
+def test_a_finger_that_lifts_ends_its_touch_though_its_own_hand_is_over_the_place(
+    height_mm: float, aside_mm: float
+) -> None:
+    desk = Desk(height_mm)
+    desk.play(12, finger())
+    lifted = finger(clearance_mm=70.0, at_mm=(AT_MM[0] + aside_mm, AT_MM[1]))
+    assert cursor_counts(desk.play(4, lifted))[2:] == [0, 0]

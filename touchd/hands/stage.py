@@ -34,6 +34,7 @@ from touchd.model import (
 
 _SAMPLED = (slice(COARSE_PX // 2, None, COARSE_PX), slice(COARSE_PX // 2, None, COARSE_PX))
 _AROUND_MM = 13.0  # what stands so near to a touch point is its finger
+_REACHED_MM = 150.0  # an arm so near to a touch in one picture may be over it in the next
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +62,7 @@ class HandStage:
         self._ledges = Ledges(lookout, self._horizon.level_mm)
         self._cursors, self._hovers, self._thumbs = Owners(), Owners(), Thumbs()
         self._around_px = self.lookout.px(_AROUND_MM)
+        self._reached_px = self.lookout.px(_REACHED_MM)
         self._standing: Standing | None = None
 
     @property
@@ -123,10 +125,23 @@ class HandStage:
         large: Mask = np.asarray(cv2.resize(mask.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)) > 0
         return large
 
-    def owned(self, cursors: Sequence[Cursor], hovers: Sequence[Hover]) -> tuple[tuple[Cursor, ...], tuple[Hover, ...]]:
-        """Return fingertips, each with its hand; they tell left hands from right ones, too."""
+    def under_others(self, hidden: frozenset[int], cursors: Sequence[Cursor]) -> frozenset[int]:
+        """Return which of the touches that something hides, counted from 0, are under another hand's arm.
+
+        What a hand hides under itself it may have lifted.
+        """
+        return frozenset(i for i, cursor in enumerate(cursors) if i in hidden and self._is_under_another(cursor))
+
+    def owned(
+        self, cursors: Sequence[Cursor], hovers: Sequence[Hover], hidden_ids: frozenset[int] = frozenset()
+    ) -> tuple[tuple[Cursor, ...], tuple[Hover, ...]]:
+        """Return fingertips, each with its hand; they tell left hands from right ones, too.
+
+        ``hidden_ids``: the touches over which something else stands, which stay whose they were.
+        """
         living = self._living
-        of_cursors = self._cursors.settle({c.session_id: self._hand_at(c.x, c.y) for c in cursors}, living)
+        at = {c.session_id: None if c.session_id in hidden_ids else self._hand_at(c.x, c.y) for c in cursors}
+        of_cursors = self._cursors.settle(at, living)
         of_hovers = self._hovers.settle({h.hover_id: self._hand_at(h.x, h.y) for h in hovers}, living)
         owned = (
             tuple(replace(cursor, hand=of_cursors[cursor.session_id]) for cursor in cursors),
@@ -170,6 +185,11 @@ class HandStage:
         x, y = self.lookout.under(limb.middle, limb.height_mm)
         side = self._thumbs.side_of(hand_id) or self._people.side_of(hand_id)
         return Hand(hand_id, x, y, limb.height_mm, side, self._people.person_of(hand_id))
+
+    def _is_under_another(self, cursor: Cursor) -> bool:
+        own, place = self._cursors.hand_of(cursor.session_id), self.lookout.place_of(cursor.x, cursor.y)
+        others = (arm for arm in self._arms.arms if self._people.hand_of(arm) != own)
+        return any(arm.limb.off(place) < self._reached_px for arm in others)
 
     def _hand_at(self, x: float, y: float) -> int | None:
         arm = arm_at(self.lookout.place_of(x, y), self._standing, self._arms.arms, self._around_px)

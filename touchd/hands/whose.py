@@ -53,6 +53,11 @@ class Owners:
     def __init__(self) -> None:
         self._owned: dict[int, _Owned] = {}
 
+    def hand_of(self, tip: int) -> int | None:
+        """Return which hand a fingertip was of when it was last asked for."""
+        owned = self._owned.get(tip)
+        return None if owned is None else owned.hand_id
+
     def settle(self, seen: Mapping[int, int | None], living: set[int]) -> dict[int, int | None]:
         """Take in which hand each fingertip seems to be of, and return which one it is of.
 

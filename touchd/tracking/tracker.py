@@ -21,8 +21,8 @@ _TURNS = 0.5
 _COASTS_ABOVE_MM_S = 200.0
 # Of gate_mm: how near to a touch's last or expected place a lifted finger must be seen to be its own.
 _LIFTED_SHARE = 0.2
-# A finger that keeps still is waited for so long while something hides it: an arm that reaches across is gone by then.
-_WAITS_BELOW_MM_S, _WAITS_NS = 30.0, 500_000_000
+# A finger that hardly moves is waited for so long while an arm hides it: one that reaches across is gone by then.
+_WAITS_BELOW_MM_S, _WAITS_NS = 60.0, 500_000_000
 _STANDING_SHARE = 2.3  # of coast_ms, that a touch outlives its contact where something like its finger is still seen
 _NOTHING = Air()
 _ALL_SEEN = Unseen()
@@ -41,7 +41,7 @@ class Track:
     filtered: OneEuro
     seen_ns: int
     once: bool = False
-    hidden_ns: int = 0
+    hidden_ns: int | None = None
 
     def expected_mm(self, t_ns: int) -> tuple[float, float]:
         """Return where the touch should be by now if it kept its speed."""
@@ -107,11 +107,21 @@ class Tracker:
         fallen = air.falls(fresh, t_ns)
         self._tracks += [self._begin(contact, path, t_ns) for contact, path in zip(fresh, fallen, strict=True)]
         self._now_ns = t_ns
-        return tuple(track.cursor for track in self._tracks)
+        return self.cursors
 
     def expected_mm(self, t_ns: int) -> list[tuple[float, float]]:
         """Return where in the area the live touches should be seen by a time, in the order of their session ids."""
         return [track.expected_seen_mm(t_ns) for track in self._tracks]
+
+    @property
+    def cursors(self) -> tuple[Cursor, ...]:
+        """The live touches as of the last frame, in the same order."""
+        return tuple(track.cursor for track in self._tracks)
+
+    @property
+    def hidden_ids(self) -> frozenset[int]:
+        """The session ids of those that were waited for in the last frame because something hid them."""
+        return frozenset(track.cursor.session_id for track in self._tracks if track.hidden_ns == self._now_ns)
 
     @property
     def ground(self) -> Ground:
@@ -166,7 +176,7 @@ class Tracker:
             rest = OneEuro(track.filtered.x_mm, track.filtered.y_mm)
             return self._coast(replace(track, filtered=rest, hidden_ns=t_ns), t_ns)
         coast_ns = self._settings.coast_ms * (_STANDING_SHARE if row in unseen.standing else 1.0) * 1e6
-        if t_ns - max(track.seen_ns, track.hidden_ns) > coast_ns or self._is_lifted(track, t_ns, lifted_mm):
+        if t_ns - (track.hidden_ns or track.seen_ns) > coast_ns or self._is_lifted(track, t_ns, lifted_mm):
             return None
         return self._coast(track, t_ns)
 
