@@ -152,7 +152,7 @@ class Tracking(Section):
         _TRACKING.stall_ms, "Without a frame for this long all touches end", unit="milliseconds"
     )
     coast_ms: Annotated[float, Field(ge=0, le=1000)] = field(
-        _TRACKING.coast_ms, "How long a touch outlives its contact, where nothing hides it", unit="milliseconds"
+        _TRACKING.coast_ms, "How long a touch outlives its contact", unit="milliseconds"
     )
     gate_mm: Annotated[float, Field(ge=1, le=500)] = field(
         _TRACKING.gate_mm,
