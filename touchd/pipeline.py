@@ -207,7 +207,7 @@ class Pipeline:
             found,
             contacts=[replace(contact, firm=False) for contact in contacts] if doubtful else contacts,
             hovers=hands.admitted(found.hovers),
-            unseen=replace(found.unseen, hidden=hands.under_others(found.unseen.hidden, self._tracker.cursors)),
+            unseen=hands.under_others(found.unseen, self._tracker.cursors),
         )
         return seen if self._settings.eye is None else aimed(seen, self._settings.eye, ready.area.size_mm)
 

@@ -30,6 +30,7 @@ from touchd.model import (
     Mask,
     Slide,
     TableObject,
+    Unseen,
 )
 
 _SAMPLED = (slice(COARSE_PX // 2, None, COARSE_PX), slice(COARSE_PX // 2, None, COARSE_PX))
@@ -125,12 +126,15 @@ class HandStage:
         large: Mask = np.asarray(cv2.resize(mask.view(np.uint8), size, interpolation=cv2.INTER_NEAREST)) > 0
         return large
 
-    def under_others(self, hidden: frozenset[int], cursors: Sequence[Cursor]) -> frozenset[int]:
-        """Return which of the touches that something hides, counted from 0, are under another hand's arm.
+    def under_others(self, unseen: Unseen, cursors: Sequence[Cursor]) -> Unseen:
+        """Return the same with those hidden touches alone that are under another hand's arm.
 
-        What a hand hides under itself it may have lifted.
+        What a hand hides under itself it may have lifted. ``cursors``: the touches, in the order of their count.
         """
-        return frozenset(i for i, cursor in enumerate(cursors) if i in hidden and self._is_under_another(cursor))
+        if not unseen.hidden:
+            return unseen
+        hidden = (i for i, cursor in enumerate(cursors) if i in unseen.hidden and self._is_under_another(cursor))
+        return replace(unseen, hidden=frozenset(hidden))
 
     def owned(
         self, cursors: Sequence[Cursor], hovers: Sequence[Hover], hidden_ids: frozenset[int] = frozenset()
